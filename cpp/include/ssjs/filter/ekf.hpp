@@ -1,0 +1,87 @@
+/// Extended Kalman filter over [vehicle | landmarks]: the one place that changes a local covariance.
+/// Thesis 3.2.7, 3.3.1 corrected; docs/math/ekf.md (F-1..F-7).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ssjs/association/hypothesis.hpp"
+#include "ssjs/features/feature.hpp"
+#include "ssjs/filter/map_state.hpp"
+#include "ssjs/filter/symmetric_update.hpp"
+#include "ssjs/sensors/motion.hpp"
+
+namespace ssjs {
+
+/// One linearised two-component observation of one landmark: residual = z - h, Jacobians at the current estimate.
+struct LinearObservation {
+  Eigen::Index landmark;
+  Eigen::Vector2d residual;
+  Eigen::Matrix<double, 2, 3> H_vehicle;
+  Eigen::Matrix2d H_landmark;
+  Eigen::Matrix2d R;
+};
+
+struct UpdateResult {
+  double nis = 0.0;  ///< normalised innovation squared of the stacked update
+  int dof = 0;
+};
+
+/// Prediction costs O(1) a step: the vehicle-landmark covariance takes the accumulated transition only when it is read.
+/// An update of k components costs O(n^2 k) on the lower triangle. Nothing allocates once the capacity is reached; a state
+/// that outgrows its capacity doubles it.
+class Ekf {
+ public:
+  explicit Ekf(Eigen::Index landmark_capacity);
+
+  void reset(const GaussianSe2& submap_T_vehicle);  ///< forgets every landmark
+
+  void predict(const MotionPrediction& motion);  ///< (F-1); motion linearised at vehicle_pose()
+
+  /// (F-5). The new landmark's index is landmarks() - 1 afterwards.
+  void add_landmark(const Feature& feature);
+  void add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Matrix<double, 2, 3>& J_vehicle,
+                    const Eigen::Matrix2d& noise);
+
+  /// Marginalises a landmark out; the last landmark takes its index.
+  void remove_landmark(Eigen::Index landmark);
+
+  /// Predicted range and bearing of `landmarks` with H P H' in `problem.predicted*`; resizes within capacity only. (F-2)
+  void predict_observations(const std::vector<Eigen::Index>& landmarks, PairingProblem& problem);
+
+  /// One stacked update (F-3, F-4) with the pairs of `hypothesis`, where prediction j stands for landmarks[j].
+  /// Throws NotPositiveDefinite naming the first landmark when the innovation covariance is not.
+  UpdateResult update(const Features& features, const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& landmarks);
+  UpdateResult update(const std::vector<LinearObservation>& observations);
+
+  [[nodiscard]] Eigen::Index landmarks() const { return landmarks_; }
+  [[nodiscard]] const Se2& vehicle_pose() const { return vehicle_; }
+  [[nodiscard]] Eigen::Matrix3d vehicle_covariance() const;
+  [[nodiscard]] Eigen::Vector2d landmark_position(Eigen::Index landmark) const { return mean_(StateLayout::landmark(landmark)); }
+  [[nodiscard]] Eigen::Matrix2d landmark_covariance(Eigen::Index landmark) const;
+  [[nodiscard]] MapState state();  ///< a copy, both triangles
+
+ private:
+  void reserve(Eigen::Index landmarks);
+  void settle();  ///< applies the pending transition to the vehicle-landmark covariance
+  /// P(:, landmark) as n x 2, read from the lower triangle.
+  void read_landmark_columns(Eigen::Index landmark, Eigen::Index n, Eigen::Ref<Eigen::MatrixXd> columns) const;
+
+  Eigen::Index landmarks_ = 0;
+  Eigen::Index capacity_ = 0;  ///< landmarks
+  Se2 vehicle_;
+  Eigen::VectorXd mean_;        ///< landmarks only; the vehicle block is kept in vehicle_
+  Eigen::MatrixXd P_;           ///< lower triangle
+  Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();
+  bool transition_pending_ = false;
+
+  // Workspace, sized with the capacity.
+  Eigen::MatrixXd PHt_;
+  Eigen::MatrixXd S_;
+  Eigen::VectorXd innovation_;
+  Eigen::MatrixXd landmark_columns_;
+  std::vector<LinearObservation> observations_;
+  SymmetricDowndate downdate_;
+};
+
+}  // namespace ssjs

@@ -1,0 +1,65 @@
+/// The global level: where every live base is in the world, and how surely. It knows ports only.
+/// Thesis 3.3.2 to 3.3.4 corrected; docs/math/ssjs.md (J-5, J-13..J-16).
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <vector>
+
+#include "ssjs/geometry/gaussian.hpp"
+#include "ssjs/joining/live_map.hpp"
+#include "ssjs/joining/sparse_solver.hpp"
+
+namespace ssjs {
+
+/// How the global level takes new information: one invariant EKF step over a dense covariance, or Gauss-Newton over the port factors.
+enum class GlobalSolver { kInvariantEkf, kGaussNewton };
+
+/// What a pairing of two live maps says about the bases, before they are fused: 0 = residual + J dX + n, n ~ N(0, noise) (J-13).
+/// J has 3 columns per entry of `bases`.
+struct JoinEvidence {
+  std::vector<int> bases;
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd J;
+  Eigen::MatrixXd noise;
+};
+
+/// Base 0 is the world frame, known exactly. Poses are global_T_base; covariances of additive coordinates.
+class GlobalMap {
+ public:
+  /// dense_bases: above so many live bases the dense covariance gives way to sparse port factors for good.
+  GlobalMap(GlobalSolver solver, int dense_bases);
+
+  /// A new map attaches: its own base is live, its single port is the next base. (J-5)
+  void attach(const LiveMap& map);
+
+  /// `joined` (ports set) replaces the maps at bases a and b; bases that are no longer anyone's base or port are marginalised out.
+  void replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence);
+
+  /// Gauss-Newton over all port factors, whatever the solver: the best estimate at the end of a mission.
+  void relinearize();
+
+  [[nodiscard]] const Se2& pose(int base) const { return poses_[static_cast<std::size_t>(base)]; }
+  [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& bases) const;
+  [[nodiscard]] const std::vector<int>& bases() const { return live_; }
+  [[nodiscard]] bool is_sparse() const { return sparse_; }
+
+ private:
+  void set_factor(const LiveMap& map);
+  void correct(const JoinEvidence& evidence);
+  void forget_unused_bases();
+  void go_sparse();
+  void refresh() const;  ///< sparse: the factor follows what was attached since
+
+  GlobalSolver solver_;
+  std::size_t dense_bases_;
+  bool sparse_;
+  std::vector<Se2> poses_;                 ///< by base index; the entry of a forgotten base is its last estimate
+  std::vector<int> live_;                  ///< dense: in the order of P_
+  Eigen::MatrixXd P_;                      ///< dense, capacity beyond 3 * live_.size()
+  std::map<int, PortFactor> factors_;      ///< by the base of the map
+  mutable SparsePoseSolver sparse_solver_;
+  mutable bool stale_ = true;
+};
+
+}  // namespace ssjs

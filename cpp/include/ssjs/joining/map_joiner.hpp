@@ -1,0 +1,74 @@
+/// What a joining method of the literature does with finished submaps.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ssjs/geometry/gaussian.hpp"
+#include "ssjs/mapping/submap.hpp"
+
+namespace ssjs {
+
+/// One attempt to tie two maps that are not neighbours in time.
+struct LoopAttempt {
+  double time_s = 0.0;
+  int from = 0;                   ///< the submap just finished
+  int to = 0;                     ///< base of the map it was compared with
+  bool accepted = false;
+  std::string reason;             ///< why not; empty when accepted
+  int pairs = 0;
+  std::optional<int> wrong_pairs; ///< pairs whose source identities differ, where all are known
+  std::optional<double> chi_squared;
+  int dof = 0;
+  double sigma_m = 0.0;           ///< uncertainty of the pairing before the decision
+};
+
+struct JoinReport {
+  int candidates = 0;             ///< pairs of maps compared
+  std::vector<LoopAttempt> loops; ///< compared pairs, in the order of the comparison
+  double association_time_s = 0.0;
+  bool budget_exhausted = false;
+};
+
+struct LandmarkEstimate {
+  GaussianPoint2 position;        ///< world frame
+  MapLandmark landmark;
+  int base = 0;                   ///< of the map that holds it
+};
+
+struct LiveMapEstimate {
+  int base = 0;
+  std::vector<int> members;
+  int landmarks = 0;
+};
+
+/// Everything a method knows at one moment, in the world frame.
+struct WorldEstimate {
+  std::vector<Se2> global_T_base;        ///< by base index: base k is where submap k starts, the last one is the present border
+  Eigen::MatrixXd base_covariance;       ///< joint, 3 per base, additive coordinates
+  std::vector<LandmarkEstimate> landmarks;
+  std::vector<LiveMapEstimate> maps;
+};
+
+/// A method takes finished submaps one after the other and answers where they are.
+class MapJoiner {
+ public:
+  MapJoiner() = default;
+  MapJoiner(const MapJoiner&) = delete;
+  MapJoiner& operator=(const MapJoiner&) = delete;
+  virtual ~MapJoiner() = default;
+
+  /// Takes submap number k (starting at base k); its exit pose is base k + 1.
+  [[nodiscard]] virtual JoinReport take(const Submap& submap) = 0;
+
+  /// Present estimate of the newest base, where the next submap starts.
+  [[nodiscard]] virtual GaussianSe2 global_T_newest_base() const = 0;
+
+  /// Called once after the last submap, before estimate(): the time for a last global adjustment.
+  virtual void finish() = 0;
+
+  [[nodiscard]] virtual WorldEstimate estimate() const = 0;
+};
+
+}  // namespace ssjs

@@ -1,0 +1,38 @@
+/// A finished local map: immutable, in its own base frame. docs/math/submaps.md.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ssjs/filter/map_state.hpp"
+
+namespace ssjs {
+
+struct MapLandmark {
+  int times_seen = 0;
+  std::optional<std::int64_t> source_id;  ///< identity given by the source of its first sighting, where it gives one
+};
+
+/// The vehicle at one fed event. Given the true exit pose s of the submap, the pose is
+/// base_T_vehicle + exit_gain * (s - exit estimate) with covariance conditional_covariance (C-4).
+struct SubmapStep {
+  double time_s = 0.0;
+  Se2 base_T_vehicle;                ///< the filter's estimate at that time
+  Eigen::Matrix3d covariance;        ///< of that estimate
+  Eigen::Matrix3d exit_gain;
+  Eigen::Matrix3d conditional_covariance;
+};
+
+struct Submap {
+  int index = 0;
+  double start_time_s = 0.0;
+  double end_time_s = 0.0;
+  std::string closed_because;
+  MapState state;                         ///< vehicle block = exit pose, base_T_next_base
+  std::vector<MapLandmark> landmarks;     ///< in the order of the state
+  std::vector<SubmapStep> steps;
+};
+
+}  // namespace ssjs

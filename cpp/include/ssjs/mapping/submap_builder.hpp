@@ -1,0 +1,127 @@
+/// Builds one submap after the other with the EKF. Thesis 3.3.1, Algorithm 4; docs/math/submaps.md (C-1..C-4).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "ssjs/association/hypothesis.hpp"
+#include "ssjs/association/joint_compatibility.hpp"
+#include "ssjs/base/config_field.hpp"
+#include "ssjs/base/random.hpp"
+#include "ssjs/features/feature.hpp"
+#include "ssjs/filter/ekf.hpp"
+#include "ssjs/mapping/split_policy.hpp"
+#include "ssjs/mapping/submap.hpp"
+#include "ssjs/mapping/trajectory_journal.hpp"
+
+namespace ssjs {
+
+enum class AssociationMethod { kKnown, kNearestNeighbour, kJointCompatibility, kRandomizedJointCompatibility };
+
+struct ScanAssociationConfig {
+  AssociationMethod method = AssociationMethod::kJointCompatibility;
+  double gate_probability = 0.99;
+  double joint_gate_probability = 0.99;
+  double new_landmark_squared_distance = 25.0;  ///< the dead band: nearer than this to any landmark is not new
+  int node_budget = 600;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.choice("method", method,
+             Choices<AssociationMethod>{{"jcbb", AssociationMethod::kJointCompatibility},
+                                        {"nn", AssociationMethod::kNearestNeighbour},
+                                        {"rjc", AssociationMethod::kRandomizedJointCompatibility},
+                                        {"known", AssociationMethod::kKnown}},
+             "how observations find their landmarks, in scans and between submaps");
+    v.field("gate_probability", gate_probability, Rule::open(0, 1), "individual gate of a pairing in a scan");
+    v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings of a scan");
+    v.field("new_landmark_squared_distance", new_landmark_squared_distance, Rule::not_negative(),
+            "an unpaired observation becomes a landmark only when its squared Mahalanobis distance to every landmark exceeds this");
+    v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one scan");
+  }
+};
+
+struct SubmapBuilderConfig {
+  SplitPolicyConfig split;
+  bool split_boundary_scan = true;
+  int min_sightings = 1;                    ///< a landmark seen less often is tentative
+  std::optional<int> prune_after_scans;     ///< tentative landmarks are dropped after so many scans
+  double min_motion_m = 0.0;                ///< scans are skipped until the vehicle moved so far ...
+  double min_rotation_rad = 0.0;            ///< ... or turned so far
+  int max_tentative = 200;                  ///< a flood of spurious observations stays bounded
+  template <class Visitor>
+  void visit(Visitor& v) {
+    split.visit(v);
+    v.field("split_boundary_scan", split_boundary_scan, "share the closing scan between the two submaps, each observation used once");
+    v.field("min_sightings", min_sightings, Rule::at_least(1), "landmarks seen less often are tentative: not counted, dropped at closing");
+    v.field("prune_after_scans", prune_after_scans, Rule::at_least(1), "tentative landmarks are dropped after so many scans");
+    v.field("min_motion_m", min_motion_m, Rule::not_negative(), "scans are skipped until the vehicle has moved so far since the last used one");
+    v.field("min_rotation_rad", min_rotation_rad, Rule::not_negative(), "... or has turned so far");
+    v.field("max_tentative", max_tentative, Rule::at_least(1), "tentative landmarks kept at most: a flood of spurious observations stays bounded");
+  }
+};
+
+struct ScanResult {
+  std::optional<UpdateResult> update;   ///< absent when nothing was paired or the scan was skipped
+  int paired = 0, added = 0, dropped = 0;
+  int wrong_pairs = 0;                  ///< pairs whose source identities differ, where both are known
+  bool budget_exhausted = false;
+  double association_time_s = 0.0;
+  std::optional<Submap> closed;         ///< the submap that this scan finished; the builder is already in the next one
+};
+
+class SubmapBuilder {
+ public:
+  SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed);
+
+  void predict(double time_s, const MotionPrediction& motion);
+  [[nodiscard]] ScanResult observe(double time_s, const Features& scan);
+
+  /// Records the present pose as a step of the trajectory.
+  void record_step(double time_s);
+
+  /// Finishes the present submap as it is, at the end of a mission.
+  [[nodiscard]] Submap finish(const std::string& reason);
+
+  [[nodiscard]] int index() const { return index_; }
+  [[nodiscard]] GaussianSe2 base_T_vehicle() const { return {ekf_.vehicle_pose(), ekf_.vehicle_covariance()}; }
+  [[nodiscard]] const Ekf& filter() const { return ekf_; }
+
+ private:
+  struct Tracked {
+    MapLandmark landmark;
+    int first_scan = 0;
+  };
+
+  void start(double time_s);
+  [[nodiscard]] Hypothesis associate(const Features& scan);
+  [[nodiscard]] Hypothesis associate_by_identity(const Features& scan) const;
+  void preselect(const Features& scan);
+  void add(const Feature& feature);
+  void update(const Features& scan, const std::vector<Pair>& pairs, ScanResult& result);
+  void prune();
+  void remove(Eigen::Index landmark);
+  [[nodiscard]] SplitSituation situation(double time_s, const Hypothesis& hypothesis, int new_landmarks) const;
+  [[nodiscard]] bool confirmed(const Tracked& tracked) const { return tracked.landmark.times_seen >= config_.min_sightings; }
+
+  SubmapBuilderConfig config_;
+  ScanAssociationConfig association_;
+  Rng rng_;
+  Ekf ekf_;
+  std::vector<Tracked> tracked_;           ///< in the order of the filter's landmarks
+  TrajectoryJournal journal_;
+  int index_ = 0;
+  int scans_ = 0;
+  double start_time_s_ = 0.0;
+  bool started_ = false;
+  double time_s_ = 0.0;
+  double distance_m_ = 0.0;
+  double moved_m_ = 0.0;     ///< since the last used scan
+  double turned_rad_ = 0.0;
+  bool scan_due_ = true;
+
+  std::vector<Eigen::Index> selected_;     ///< landmarks of the present scan's predictions
+  PairingProblem problem_;
+};
+
+}  // namespace ssjs

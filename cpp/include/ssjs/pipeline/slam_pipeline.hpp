@@ -1,0 +1,72 @@
+/// The whole of SLAM, fed one event at a time. Thesis Algorithms 3 and 4; docs/architecture.md.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "ssjs/features/event.hpp"
+#include "ssjs/joining/map_joiner.hpp"
+#include "ssjs/mapping/submap_builder.hpp"
+#include "ssjs/pipeline/slam_config.hpp"
+
+namespace ssjs {
+
+/// What one event did.
+struct StepReport {
+  double time_s = 0.0;
+  GaussianSe2 global_T_vehicle;          ///< after the event
+  int submap = 0;
+  std::optional<ScanResult> scan;        ///< of an observation event
+  std::optional<JoinReport> join;        ///< when the event closed a submap
+  double local_time_s = 0.0;             ///< wall time spent in the local map, without association
+  double global_time_s = 0.0;            ///< in the joining layer, without association
+  double association_time_s = 0.0;
+};
+
+struct TrajectoryPoint {
+  double time_s = 0.0;
+  GaussianSe2 global_T_vehicle;
+};
+
+class SlamPipeline {
+ public:
+  /// Throws InvalidArgument listing every violation of the configuration.
+  SlamPipeline(const SlamConfig& config, std::uint64_t seed);
+
+  /// Times must not decrease and values must be finite: otherwise InvalidArgument, and nothing has changed.
+  StepReport feed(const Event& event);
+
+  [[nodiscard]] GaussianSe2 global_T_vehicle() const;
+  [[nodiscard]] const Se2& dead_reckoning() const { return dead_reckoning_; }
+
+  /// Closes the last submap and lets the joining layer settle. No event may follow. Returns what that closing did.
+  JoinReport finish();
+
+  /// The final trajectory, one point an event: every past pose follows the last estimate of its submap's borders (C-5). After finish().
+  [[nodiscard]] std::vector<TrajectoryPoint> trajectory() const;
+  [[nodiscard]] const std::vector<Submap>& submaps() const { return submaps_; }
+  [[nodiscard]] WorldEstimate world() const { return joiner_->estimate(); }
+
+ private:
+  void check(const Event& event) const;
+  void advance(double time_s);
+  void move(const Event& motion);
+  [[nodiscard]] Features usable(Features scan) const;
+  [[nodiscard]] Features detect(const LaserScan& scan) const;
+  void observe(const Features& scan, StepReport& report);
+  JoinReport join(Submap submap);
+
+  SlamConfig config_;
+  SubmapBuilder builder_;
+  std::unique_ptr<MapJoiner> joiner_;
+  std::vector<Submap> submaps_;
+  GaussianSe2 global_T_base_;
+  Se2 dead_reckoning_;
+  std::optional<double> time_s_;
+  std::optional<Event> control_;   ///< held velocity command
+  bool finished_ = false;
+};
+
+}  // namespace ssjs

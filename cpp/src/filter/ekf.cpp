@@ -1,0 +1,233 @@
+#include "ssjs/filter/ekf.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <string>
+
+#include "ssjs/base/error.hpp"
+#include "ssjs/sensors/range_bearing.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr Eigen::Index kInitialObservations = 32;  // of one stacked update; more is a one-time growth
+constexpr Eigen::Index kVehicle = StateLayout::kVehicle;
+
+}  // namespace
+
+Ekf::Ekf(Eigen::Index landmark_capacity) {
+  observations_.reserve(static_cast<std::size_t>(kInitialObservations));
+  S_.resize(2 * kInitialObservations, 2 * kInitialObservations);
+  innovation_.resize(2 * kInitialObservations);
+  reserve(std::max<Eigen::Index>(landmark_capacity, 1));
+}
+
+void Ekf::reserve(Eigen::Index landmarks) {
+  if (landmarks <= capacity_) return;
+  capacity_ = std::max(landmarks, 2 * capacity_);
+  const Eigen::Index n = (StateLayout::size(capacity_) + 3) / 4 * 4;  // whole tiles of SymmetricDowndate
+  const Eigen::Index old = P_.rows();
+  mean_.conservativeResize(n);
+  P_.conservativeResize(n, n);
+  P_.bottomRows(n - old).setZero();
+  P_.rightCols(n - old).setZero();
+  PHt_.resize(n, S_.cols());
+  landmark_columns_.resize(n, 2);
+  downdate_.reserve(n, S_.cols());
+}
+
+void Ekf::reset(const GaussianSe2& submap_T_vehicle) {
+  landmarks_ = 0;
+  vehicle_ = submap_T_vehicle.mean;
+  P_.topLeftCorner<kVehicle, kVehicle>() = submap_T_vehicle.covariance;
+  transition_.setIdentity();
+  transition_pending_ = false;
+}
+
+void Ekf::predict(const MotionPrediction& motion) {
+  const Eigen::Matrix3d P_vehicle = vehicle_covariance();
+  vehicle_ = motion.submap_T_vehicle;
+  P_.topLeftCorner<kVehicle, kVehicle>() = motion.F * P_vehicle * motion.F.transpose() + motion.Q;  // (F-1)
+  transition_ = motion.F * transition_;
+  transition_pending_ = true;
+}
+
+void Ekf::settle() {
+  if (!transition_pending_) return;
+  const Eigen::Index m = StateLayout::size(landmarks_) - kVehicle;
+  auto cross = P_.block(kVehicle, 0, m, kVehicle);  // P(landmarks, vehicle)
+  for (Eigen::Index r = 0; r < m; ++r) {
+    const Eigen::Vector3d row = transition_ * cross.row(r).transpose();  // (F-1), cross rows
+    cross.row(r) = row.transpose();
+  }
+  transition_.setIdentity();
+  transition_pending_ = false;
+}
+
+void Ekf::add_landmark(const Feature& feature) {
+  const LandmarkFromRangeBearing seen = landmark_from_range_bearing(vehicle_, feature.range_bearing);
+  add_landmark(seen.submap_p_landmark, seen.J_vehicle, seen.J_measurement * feature.covariance * seen.J_measurement.transpose());
+}
+
+void Ekf::add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Matrix<double, 2, 3>& J_vehicle,
+                       const Eigen::Matrix2d& noise) {
+  reserve(landmarks_ + 1);
+  settle();
+  const Eigen::Index at = StateLayout::offset(landmarks_);
+  const Eigen::Matrix3d P_vehicle = vehicle_covariance();
+  mean_.segment<2>(at) = submap_p_landmark;
+  P_.block<2, kVehicle>(at, 0).noalias() = J_vehicle * P_vehicle;  // (F-5)
+  for (Eigen::Index c = kVehicle; c < at; ++c) P_.block<2, 1>(at, c).noalias() = J_vehicle * P_.block<1, kVehicle>(c, 0).transpose();
+  P_.block<2, 2>(at, at) = J_vehicle * P_vehicle * J_vehicle.transpose() + noise;
+  ++landmarks_;
+}
+
+void Ekf::remove_landmark(Eigen::Index landmark) {
+  const Eigen::Index last = landmarks_ - 1;
+  if (landmark < 0 || landmark > last) throw InvalidArgument("landmark", static_cast<double>(landmark), "no landmark has this index");
+  if (landmark != last) {
+    settle();
+    const Eigen::Index n = StateLayout::size(landmarks_);
+    const Eigen::Index to = StateLayout::offset(landmark);
+    const Eigen::Index from = StateLayout::offset(last);
+    read_landmark_columns(last, n, landmark_columns_.topRows(n));
+    const Eigen::Matrix2d own = landmark_columns_.block<2, 2>(from, 0);
+    mean_.segment<2>(to) = mean_.segment<2>(from);
+    P_.block(to, 0, 2, to) = landmark_columns_.topRows(to).transpose();
+    P_.block<2, 2>(to, to) = own;
+    P_.block(to + 2, to, from - to - 2, 2) = landmark_columns_.middleRows(to + 2, from - to - 2);
+  }
+  --landmarks_;
+}
+
+void Ekf::read_landmark_columns(Eigen::Index landmark, Eigen::Index n, Eigen::Ref<Eigen::MatrixXd> columns) const {
+  const Eigen::Index at = StateLayout::offset(landmark);
+  columns.topRows(at) = P_.block(at, 0, 2, at).transpose();
+  columns.middleRows(at, n - at) = P_.block(at, at, n - at, 2);
+  columns(at, 1) = columns(at + 1, 0);
+}
+
+void Ekf::predict_observations(const std::vector<Eigen::Index>& landmarks, PairingProblem& problem) {
+  settle();
+  const auto count = static_cast<Eigen::Index>(landmarks.size());
+  problem.predicted.resize(2 * count);
+  problem.predicted_covariance.resize(2 * count, 2 * count);
+  problem.second_component_is_angle = true;
+  const Eigen::Matrix3d P_vehicle = vehicle_covariance();
+  observations_.clear();
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index id = landmarks[static_cast<std::size_t>(i)];
+    const RangeBearingPrediction h = predict_range_bearing(vehicle_, landmark_position(id));
+    problem.predicted.segment<2>(2 * i) = h.range_bearing;
+    observations_.push_back({id, Eigen::Vector2d::Zero(), h.H_vehicle, h.H_landmark, Eigen::Matrix2d::Zero()});
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {  // (F-2): H P H' by blocks, independent of the size of the map
+    const LinearObservation& a = observations_[static_cast<std::size_t>(i)];
+    const Eigen::Index at_a = StateLayout::offset(a.landmark);
+    // rows of H_i P over the vehicle
+    const Eigen::Matrix<double, 2, 3> HP_vehicle = a.H_vehicle * P_vehicle + a.H_landmark * P_.block<2, kVehicle>(at_a, 0);
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const LinearObservation& b = observations_[static_cast<std::size_t>(j)];
+      const Eigen::Index at_b = StateLayout::offset(b.landmark);
+      Eigen::Matrix2d P_ab;  // landmark-landmark block out of the lower triangle
+      if (at_a > at_b) {
+        P_ab = P_.block<2, 2>(at_a, at_b);
+      } else if (at_a < at_b) {
+        P_ab = P_.block<2, 2>(at_b, at_a).transpose();
+      } else {
+        P_ab = landmark_covariance(a.landmark);
+      }
+      const Eigen::Matrix2d HP_b = a.H_vehicle * P_.block<2, kVehicle>(at_b, 0).transpose() + a.H_landmark * P_ab;
+      const Eigen::Matrix2d HPHt = HP_vehicle * b.H_vehicle.transpose() + HP_b * b.H_landmark.transpose();
+      problem.predicted_covariance.block<2, 2>(2 * i, 2 * j) = HPHt;
+      problem.predicted_covariance.block<2, 2>(2 * j, 2 * i) = HPHt.transpose();
+    }
+  }
+}
+
+UpdateResult Ekf::update(const Features& features, const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& landmarks) {
+  observations_.clear();
+  for (const Pair& pair : pairs) {
+    const Feature& feature = features[static_cast<std::size_t>(pair.observation)];
+    const Eigen::Index id = landmarks[static_cast<std::size_t>(pair.prediction)];
+    const RangeBearingPrediction h = predict_range_bearing(vehicle_, landmark_position(id));
+    const Eigen::Vector2d residual(feature.range() - h.range_bearing.x(), angle_difference(feature.bearing(), h.range_bearing.y()));
+    observations_.push_back({id, residual, h.H_vehicle, h.H_landmark, feature.covariance});
+  }
+  return update(observations_);
+}
+
+UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
+  if (observations.empty()) return {};
+  settle();
+  const Eigen::Index n = StateLayout::size(landmarks_);
+  const Eigen::Index m = n - kVehicle;
+  const auto k = static_cast<Eigen::Index>(2 * observations.size());
+  if (k > S_.cols()) {  // a scan larger than any before
+    S_.resize(2 * k, 2 * k);
+    innovation_.resize(2 * k);
+    PHt_.resize(P_.rows(), 2 * k);
+    downdate_.reserve(P_.rows(), 2 * k);
+  }
+  const Eigen::Matrix3d P_vehicle = vehicle_covariance();
+  auto PHt = PHt_.topLeftCorner(n, k);
+  auto columns = landmark_columns_.topRows(n);
+  for (Eigen::Index i = 0; i < k; i += 2) {
+    const LinearObservation& z = observations[static_cast<std::size_t>(i / 2)];
+    read_landmark_columns(z.landmark, n, columns);
+    auto block = PHt.middleCols<2>(i);
+    block.topRows<kVehicle>().noalias() = P_vehicle * z.H_vehicle.transpose() + columns.topRows<kVehicle>() * z.H_landmark.transpose();
+    block.bottomRows(m) = P_.block(kVehicle, 0, m, kVehicle).lazyProduct(z.H_vehicle.transpose());
+    block.bottomRows(m) += columns.bottomRows(m).lazyProduct(z.H_landmark.transpose());
+    innovation_.segment<2>(i) = z.residual;
+  }
+  auto S = S_.topLeftCorner(k, k);
+  for (Eigen::Index i = 0; i < k; i += 2) {  // (F-3): S = H P H' + R
+    const LinearObservation& z = observations[static_cast<std::size_t>(i / 2)];
+    S.middleRows<2>(i) = z.H_vehicle.lazyProduct(PHt.topRows<kVehicle>());
+    S.middleRows<2>(i) += z.H_landmark.lazyProduct(PHt.middleRows<2>(StateLayout::offset(z.landmark)));
+    S.block<2, 2>(i, i) += z.R;
+  }
+  // Lower Cholesky in place: S = L L'.
+  for (Eigen::Index j = 0; j < k; ++j) {
+    const double pivot = S(j, j) - S.row(j).head(j).squaredNorm();
+    if (!(pivot > 0.0)) {
+      throw NotPositiveDefinite("innovation covariance",
+                                "landmark " + std::to_string(observations[static_cast<std::size_t>(j / 2)].landmark) + " of the map");
+    }
+    S(j, j) = std::sqrt(pivot);
+    for (Eigen::Index i = j + 1; i < k; ++i) S(i, j) = (S(i, j) - S.row(i).head(j).dot(S.row(j).head(j))) / S(j, j);
+  }
+  // Y = P H' L^-T column by column, and the whitened innovation L^-1 nu.
+  UpdateResult result{0.0, static_cast<int>(k)};
+  for (Eigen::Index j = 0; j < k; ++j) {
+    for (Eigen::Index i = 0; i < j; ++i) PHt.col(j) -= S(j, i) * PHt.col(i);
+    PHt.col(j) /= S(j, j);
+    innovation_(j) = (innovation_(j) - S.row(j).head(j).dot(innovation_.head(j))) / S(j, j);
+    result.nis += innovation_(j) * innovation_(j);
+  }
+  for (Eigen::Index j = 0; j < k; ++j) {  // (F-4): x += Y L^-1 nu
+    const Eigen::Vector3d step = innovation_(j) * PHt.col(j).head<kVehicle>();
+    vehicle_ = additive_step(vehicle_, step);
+    mean_.segment(kVehicle, m) += innovation_(j) * PHt.col(j).tail(m);
+  }
+  downdate_(PHt, P_);  // (F-4): P -= Y Y'
+  return result;
+}
+
+Eigen::Matrix3d Ekf::vehicle_covariance() const { return P_.topLeftCorner<kVehicle, kVehicle>().selfadjointView<Eigen::Lower>(); }
+
+Eigen::Matrix2d Ekf::landmark_covariance(Eigen::Index landmark) const {
+  const Eigen::Index at = StateLayout::offset(landmark);
+  return P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>();
+}
+
+MapState Ekf::state() {
+  settle();
+  const Eigen::Index n = StateLayout::size(landmarks_);
+  MapState state{mean_.head(n), P_.topLeftCorner(n, n).selfadjointView<Eigen::Lower>()};
+  state.mean(StateLayout::vehicle()) = vehicle_.vector();
+  return state;
+}
+
+}  // namespace ssjs

@@ -1,0 +1,162 @@
+#include "ssjs/joining/global_map.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "ssjs/base/error.hpp"
+
+namespace ssjs {
+namespace {
+
+Eigen::Index position(const std::vector<int>& bases, int base) {
+  const auto found = std::find(bases.begin(), bases.end(), base);
+  if (found == bases.end()) throw InvalidArgument("base", static_cast<double>(base), "is not a live base of the global map");
+  return found - bases.begin();
+}
+
+}  // namespace
+
+GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
+    : solver_(solver),
+      dense_bases_(static_cast<std::size_t>(dense_bases)),
+      sparse_(solver == GlobalSolver::kGaussNewton),
+      poses_{Se2{}},
+      live_{0},
+      P_(Eigen::MatrixXd::Zero(3, 3)) {}
+
+void GlobalMap::set_factor(const LiveMap& map) {
+  const Eigen::Index s = map.port_size();
+  const std::string name = "map at base " + std::to_string(map.base);
+  const Eigen::MatrixXd L = cholesky_lower(map.covariance.topLeftCorner(s, s), "port covariance", name.c_str());
+  const Eigen::MatrixXd Li = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(s, s));
+  factors_[map.base] = {map.base, {map.poses.begin(), map.poses.begin() + map.ports}, map.mean.head(s), Li.transpose() * Li};
+}
+
+void GlobalMap::attach(const LiveMap& map) {
+  const int next = map.poses.front();
+  const GaussianSe2 base_T_next{map.base_T_pose(0), map.covariance.topLeftCorner<3, 3>()};
+  poses_.resize(static_cast<std::size_t>(next) + 1);
+  const Se2& global_T_base = pose(map.base);
+  poses_[static_cast<std::size_t>(next)] = global_T_base * base_T_next.mean;
+  set_factor(map);
+  stale_ = true;
+  if (!sparse_) {  // (J-5): the exit pose is independent of everything before it
+    const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
+    if (P_.rows() < n + 3) P_.conservativeResize(2 * (n + 3), 2 * (n + 3));
+    const Eigen::Index at = 3 * position(live_, map.base);
+    const Eigen::Matrix3d J1 = compose_jacobian_left(global_T_base, base_T_next.mean);
+    const Eigen::Matrix3d J2 = compose_jacobian_right(global_T_base);
+    P_.block(n, 0, 3, n).noalias() = J1 * P_.block(at, 0, 3, n);
+    P_.block(0, n, n, 3) = P_.block(n, 0, 3, n).transpose();
+    P_.block<3, 3>(n, n) = J1 * P_.block<3, 3>(at, at) * J1.transpose() + J2 * base_T_next.covariance * J2.transpose();
+  }
+  live_.push_back(next);
+  if (!sparse_ && live_.size() > dense_bases_) go_sparse();
+}
+
+void GlobalMap::replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence) {
+  if (!sparse_) correct(evidence);
+  factors_.erase(a);
+  factors_.erase(b);
+  set_factor(joined);
+  forget_unused_bases();
+  if (sparse_) sparse_solver_.optimize(factors_, poses_);
+  stale_ = false;
+}
+
+void GlobalMap::correct(const JoinEvidence& evidence) {
+  const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
+  const Eigen::Index rows = evidence.residual.size();
+  Eigen::MatrixXd PHt = Eigen::MatrixXd::Zero(n, rows);
+  for (std::size_t i = 0; i < evidence.bases.size(); ++i) {
+    const Eigen::Index at = 3 * position(live_, evidence.bases[i]);
+    PHt.noalias() += P_.block(0, at, n, 3) * evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)).transpose();
+  }
+  Eigen::MatrixXd S = evidence.noise;
+  for (std::size_t i = 0; i < evidence.bases.size(); ++i) {
+    const Eigen::Index at = 3 * position(live_, evidence.bases[i]);
+    S.noalias() += evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)) * PHt.middleRows<3>(at);
+  }
+  const Eigen::MatrixXd L = cholesky_lower(S, "innovation covariance of the bases", "map-to-map pairing");
+  const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(PHt.transpose()).transpose();
+  const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);
+  P_.topLeftCorner(n, n).noalias() -= Y * Y.transpose();
+  // (J-14): the step is additive; in invariant coordinates xi = M^-1 step, X <- Exp(xi) X, and the covariance, constant in xi,
+  // returns to additive coordinates at the new X: P <- T P T' with T = M(new) M(old)^-1, which only adds multiples of heading rows.
+  for (std::size_t i = 0; i < live_.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    Se2& X = poses_[static_cast<std::size_t>(live_[i])];
+    const Eigen::Vector3d d = step.segment<3>(at);
+    const Eigen::Vector3d xi(d.x() + X.y * d.z(), d.y() - X.x * d.z(), d.z());
+    const Se2 moved = se2_exp(xi) * X;
+    P_.row(at).head(n) -= (moved.y - X.y) * P_.row(at + 2).head(n);
+    P_.row(at + 1).head(n) += (moved.x - X.x) * P_.row(at + 2).head(n);
+    P_.col(at).head(n) -= (moved.y - X.y) * P_.col(at + 2).head(n);
+    P_.col(at + 1).head(n) += (moved.x - X.x) * P_.col(at + 2).head(n);
+    X = moved;
+  }
+  for (Eigen::Index c = 0; c < n; ++c) {  // the row operations round differently from the column operations
+    for (Eigen::Index r = c + 1; r < n; ++r) P_(r, c) = P_(c, r) = 0.5 * (P_(r, c) + P_(c, r));
+  }
+}
+
+void GlobalMap::forget_unused_bases() {
+  std::set<int> used;
+  for (const auto& [base, factor] : factors_) {
+    used.insert(base);
+    used.insert(factor.ports.begin(), factor.ports.end());
+  }
+  used.insert(0);
+  for (std::size_t i = live_.size(); i-- > 0;) {
+    if (used.count(live_[i]) != 0) continue;
+    if (!sparse_) {  // marginalise: the last base takes its rows and columns
+      const auto last = static_cast<Eigen::Index>(3 * (live_.size() - 1));
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      if (at != last) {
+        P_.block(at, 0, 3, last + 3) = P_.block(last, 0, 3, last + 3).eval();
+        P_.block(0, at, last + 3, 3) = P_.block(0, last, last + 3, 3).eval();
+      }
+    }
+    live_[i] = live_.back();
+    live_.pop_back();
+  }
+}
+
+void GlobalMap::go_sparse() {
+  sparse_ = true;
+  P_.resize(0, 0);
+  stale_ = true;
+}
+
+void GlobalMap::relinearize() {
+  if (!sparse_) go_sparse();
+  sparse_solver_.optimize(factors_, poses_);
+  stale_ = false;
+}
+
+void GlobalMap::refresh() const {
+  if (!stale_) return;
+  sparse_solver_.factorize(factors_, poses_);
+  stale_ = false;
+}
+
+Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
+  if (sparse_) {
+    refresh();
+    return sparse_solver_.covariance(bases);
+  }
+  const auto size = static_cast<Eigen::Index>(3 * bases.size());
+  Eigen::MatrixXd joint(size, size);
+  for (std::size_t i = 0; i < bases.size(); ++i) {
+    const Eigen::Index row = 3 * position(live_, bases[i]);
+    for (std::size_t j = 0; j < bases.size(); ++j) {
+      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) =
+          P_.block<3, 3>(row, 3 * position(live_, bases[j]));
+    }
+  }
+  return joint;
+}
+
+}  // namespace ssjs

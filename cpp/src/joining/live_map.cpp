@@ -1,0 +1,87 @@
+#include "ssjs/joining/live_map.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+namespace ssjs {
+namespace {
+
+constexpr double kExitVariance = 1e-12;  // (1 um)^2 and (1 urad)^2: keeps the port covariance of a vehicle that hardly moved invertible
+
+/// Rows (and columns) of the state in the order: poses as listed, then landmarks unchanged.
+Eigen::VectorXi state_order(const LiveMap& map, const std::vector<Eigen::Index>& pose_order) {
+  Eigen::VectorXi order(map.mean.size());
+  Eigen::Index row = 0;
+  for (const Eigen::Index pose : pose_order) {
+    for (Eigen::Index c = 0; c < 3; ++c) order(row++) = static_cast<int>(3 * pose + c);
+  }
+  for (; row < order.size(); ++row) order(row) = static_cast<int>(row);
+  return order;
+}
+
+void set_conditional_form(LiveMap& map) {
+  const Eigen::Index s = map.port_size();
+  const Eigen::Index m = map.mean.size() - s;
+  if (s == 0) {
+    map.K.resize(m, 0);
+    map.C = map.covariance;
+    return;
+  }
+  const std::string name = "map at base " + std::to_string(map.base);
+  const Eigen::MatrixXd L = cholesky_lower(map.covariance.topLeftCorner(s, s), "port covariance", name.c_str());
+  const Eigen::MatrixXd W = L.triangularView<Eigen::Lower>().solve(map.covariance.topRightCorner(s, m));
+  map.K = L.transpose().triangularView<Eigen::Upper>().solve(W).transpose();  // (J-2): K = P_ms P_ss^-1
+  map.C = map.covariance.bottomRightCorner(m, m);
+  map.C.noalias() -= W.transpose() * W;  // (J-2): C = P_mm - K P_sm
+}
+
+void set_extent(LiveMap& map) {
+  map.centroid.setZero();
+  map.radius = 0.0;
+  const Eigen::Index n = map.landmark_count();
+  if (n == 0) return;
+  const Eigen::Map<const Eigen::Matrix2Xd> points(map.mean.data() + map.landmark_offset(0), 2, n);
+  map.centroid = points.rowwise().mean();
+  map.radius = (points.colwise() - map.centroid).colwise().norm().maxCoeff();
+}
+
+}  // namespace
+
+std::optional<Eigen::Index> LiveMap::pose_of(int base_index) const {
+  const auto found = std::find(poses.begin(), poses.end(), base_index);
+  if (found == poses.end()) return std::nullopt;
+  return found - poses.begin();
+}
+
+LiveMap live_map_of(const Submap& submap) {
+  LiveMap map;
+  map.base = submap.index;
+  map.members = {submap.index};
+  map.poses = {submap.index + 1};
+  map.landmarks = submap.landmarks;
+  map.mean = submap.state.mean;  // the vehicle block is the exit pose: the layouts coincide
+  map.covariance = submap.state.covariance;
+  map.covariance.topLeftCorner<3, 3>().diagonal().array() += kExitVariance;
+  set_ports(map, {true});
+  return map;
+}
+
+void set_ports(LiveMap& map, const std::vector<bool>& is_port) {
+  std::vector<Eigen::Index> order(map.poses.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  const auto internal = std::stable_partition(order.begin(), order.end(), [&](Eigen::Index i) { return is_port[static_cast<std::size_t>(i)]; });
+  map.ports = internal - order.begin();
+  if (!std::is_sorted(order.begin(), order.end())) {
+    const Eigen::VectorXi rows = state_order(map, order);
+    map.mean = Eigen::VectorXd(map.mean(rows));
+    map.covariance = Eigen::MatrixXd(map.covariance(rows, rows));
+    std::vector<int> poses;
+    for (const Eigen::Index i : order) poses.push_back(map.poses[static_cast<std::size_t>(i)]);
+    map.poses = std::move(poses);
+  }
+  set_conditional_form(map);
+  set_extent(map);
+}
+
+}  // namespace ssjs

@@ -1,0 +1,235 @@
+#include "ssjs/joining/selective.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "ssjs/association/joint_compatibility.hpp"
+#include "ssjs/association/nearest_neighbour.hpp"
+#include "ssjs/association/randomized_joint_compatibility.hpp"
+#include "ssjs/base/chi_squared.hpp"
+#include "ssjs/base/error.hpp"
+#include "ssjs/joining/fusion.hpp"
+#include "ssjs/joining/loop_candidates.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr double kReachSigmas = 3.0;
+constexpr double kReachMargin = 1.0;  // m, for the landmarks' own uncertainty
+
+std::vector<Pair> pair_by_identity(const Encounter& meeting, const LiveMap& a, const LiveMap& b) {
+  std::vector<Pair> pairs;
+  std::vector<bool> taken(meeting.a_landmarks.size(), false);
+  for (std::size_t i = 0; i < meeting.b_landmarks.size(); ++i) {
+    const auto& id = b.landmarks[static_cast<std::size_t>(meeting.b_landmarks[i])].source_id;
+    if (!id) continue;
+    for (std::size_t j = 0; j < meeting.a_landmarks.size(); ++j) {
+      if (taken[j] || a.landmarks[static_cast<std::size_t>(meeting.a_landmarks[j])].source_id != id) continue;
+      pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
+      taken[j] = true;
+      break;
+    }
+  }
+  return pairs;
+}
+
+std::optional<int> count_wrong(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b) {
+  int wrong = 0;
+  for (const Pair& pair : pairs) {
+    const auto& id_a = a.landmarks[static_cast<std::size_t>(pair.prediction)].source_id;
+    const auto& id_b = b.landmarks[static_cast<std::size_t>(pair.observation)].source_id;
+    if (!id_a || !id_b) return std::nullopt;
+    wrong += *id_a != *id_b ? 1 : 0;
+  }
+  return wrong;
+}
+
+bool contains(const std::vector<int>& sorted, int value) { return std::binary_search(sorted.begin(), sorted.end(), value); }
+
+/// A base is internal when the submap that ends there and the one that starts there are both inside.
+std::vector<bool> ports_of(const LiveMap& map, int newest_base) {
+  std::vector<bool> is_port;
+  for (const int base : map.poses) {
+    is_port.push_back(base == 0 || base == newest_base || !contains(map.members, base - 1) || !contains(map.members, base));
+  }
+  return is_port;
+}
+
+}  // namespace
+
+SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
+                                 std::optional<int> max_submap_landmarks, std::uint64_t seed)
+    : config_(config),
+      association_(association),
+      max_submap_landmarks_(max_submap_landmarks),
+      rng_(Rng(seed).stream("map association")),
+      global_(config.solver, config.dense_bases) {}
+
+JoinReport SelectiveJoiner::take(const Submap& submap) {
+  JoinReport report;
+  LiveMap fresh = live_map_of(submap);
+  newest_base_ = submap.index + 1;
+  global_.attach(fresh);
+  const int smaller = max_submap_landmarks_ ? std::min<int>(*max_submap_landmarks_, static_cast<int>(fresh.landmark_count()))
+                                            : static_cast<int>(fresh.landmark_count());
+  const int needed = std::max(config_.min_pairs, static_cast<int>(std::ceil(config_.fusion_threshold * smaller - 1e-9)));
+  const bool comparable = fresh.landmark_count() >= needed;
+  const std::vector<int> candidates = comparable ? nearby_maps(fresh, submap.index) : std::vector<int>{};
+  maps_.emplace(submap.index, std::move(fresh));
+
+  int current = submap.index;  // base of the map that holds the new submap; fused maps go on as the new one
+  for (const int candidate : candidates) {
+    LoopAttempt attempt;
+    attempt.time_s = submap.end_time_s;
+    attempt.from = submap.index;
+    attempt.to = candidate;
+    attempt.accepted = compare(candidate, current, needed, attempt, report);
+    if (attempt.accepted) current = candidate;
+    ++report.candidates;
+    report.loops.push_back(std::move(attempt));
+  }
+  return report;
+}
+
+std::vector<int> SelectiveJoiner::nearby_maps(const LiveMap& fresh, int submap) const {
+  const Eigen::Vector2d centre = global_.pose(fresh.base) * fresh.centroid;
+  std::vector<std::pair<double, int>> nearby;  // gap of the landmark circles, base
+  for (const auto& [base, map] : maps_) {
+    if (map.landmark_count() < config_.min_pairs) continue;
+    const bool adjacent = std::any_of(map.members.begin(), map.members.end(),
+                                      [&](int member) { return std::abs(member - submap) <= config_.min_gap; });
+    if (adjacent) continue;
+    const double gap = (global_.pose(base) * map.centroid - centre).norm() - map.radius - fresh.radius;
+    // Beyond the ambiguity gate a pairing would be refused anyway: far maps are dismissed without asking for a covariance.
+    if (ambiguity_gate() && gap > kReachSigmas * *ambiguity_gate()) continue;
+    const RelativePlacement placement = relative_placement(map, fresh, global_);
+    if (placement.gap_m <= kReachSigmas * placement.sigma_m) nearby.emplace_back(placement.gap_m, base);  // (J-6)
+  }
+  std::sort(nearby.begin(), nearby.end());
+  std::vector<int> bases;
+  for (const auto& [gap, base] : nearby) bases.push_back(base);
+  return bases;
+}
+
+std::optional<double> SelectiveJoiner::ambiguity_gate() const {
+  return association_ == AssociationMethod::kKnown ? std::nullopt : config_.max_pairing_sigma_m;
+}
+
+std::vector<Pair> SelectiveJoiner::associate(const Encounter& meeting, const LiveMap& a, const LiveMap& b, JoinReport& report) {
+  const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
+  Hypothesis hypothesis;
+  switch (association_) {
+    case AssociationMethod::kKnown:
+      return pair_by_identity(meeting, a, b);
+    case AssociationMethod::kNearestNeighbour:
+      hypothesis = nearest_neighbour(meeting.problem, config_.gate_probability);
+      break;
+    case AssociationMethod::kRandomizedJointCompatibility: {
+      RandomizedJointCompatibilityConfig randomized;
+      randomized.joint = joint;
+      hypothesis = randomized_joint_compatibility(meeting.problem, randomized, rng_);
+      break;
+    }
+    case AssociationMethod::kJointCompatibility:
+      hypothesis = joint_compatibility(meeting.problem, joint);
+      break;
+  }
+  report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
+  return hypothesis.pairs;
+}
+
+bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& attempt, JoinReport& report) {
+  const LiveMap& a = maps_.at(a_base);
+  const LiveMap& b = maps_.at(b_base);
+  const std::optional<double> gate = ambiguity_gate();
+  const RelativePlacement placement = relative_placement(a, b, global_);
+  attempt.sigma_m = placement.sigma_m;
+  if (gate && !(placement.sigma_m <= 2.0 * *gate)) {  // the centroid is not yet a landmark: twice the gate dismisses only the hopeless
+    attempt.reason = "ambiguous: the maps' relative position is too unsure";
+    return false;
+  }
+  const Encounter meeting = encounter(a, b, global_, kReachSigmas * placement.sigma_m + kReachMargin);
+  if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) {
+    attempt.reason = "too few landmarks near each other";
+    return false;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<Pair> pairs = associate(meeting, a, b, report);
+  report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  attempt.pairs = static_cast<int>(pairs.size());
+  if (attempt.pairs < needed) {
+    attempt.reason = "too few landmarks in common";
+    return false;
+  }
+  if (a.landmark_count() + b.landmark_count() - attempt.pairs > config_.max_fused_landmarks) {
+    attempt.reason = "the fused map would be too large";
+    return false;
+  }
+  attempt.sigma_m = displacement_sigma(meeting, pairs);
+  if (gate && !(attempt.sigma_m <= *gate)) {
+    attempt.reason = "ambiguous: the paired landmarks' relative position is too unsure";
+    return false;
+  }
+  const std::vector<Pair> of_maps = landmark_pairs(meeting, pairs);
+  attempt.wrong_pairs = count_wrong(of_maps, a, b);
+  Fusion fusion = fuse(a, b, of_maps);
+  attempt.chi_squared = fusion.chi_squared;
+  attempt.dof = fusion.dof;
+  if (association_ != AssociationMethod::kKnown && fusion.dof > 0 && !(fusion.chi_squared <= chi_squared_quantile(config_.fusion_probability, fusion.dof))) {
+    attempt.reason = "the maps do not fit on each other (chi-squared)";
+    return false;
+  }
+  set_ports(fusion.map, ports_of(fusion.map, newest_base_));
+  global_.replace(a_base, b_base, fusion.map, evidence_of(meeting, pairs));
+  maps_.erase(b_base);
+  maps_.insert_or_assign(a_base, std::move(fusion.map));
+  return true;
+}
+
+GaussianSe2 SelectiveJoiner::global_T_newest_base() const {
+  return {global_.pose(newest_base_), global_.covariance({newest_base_})};
+}
+
+void SelectiveJoiner::finish() {
+  if (config_.final_adjustment && newest_base_ > 0) global_.relinearize();
+}
+
+WorldEstimate SelectiveJoiner::estimate() const {
+  WorldEstimate estimate;
+  const auto count = static_cast<std::size_t>(newest_base_) + 1;
+  estimate.global_T_base.resize(count);
+  const std::vector<int>& live = global_.bases();
+  const Eigen::MatrixXd P = global_.covariance(live);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * count), P.cols());  // d(base)/d(live bases)
+  std::map<int, Eigen::Index> column;
+  for (std::size_t i = 0; i < live.size(); ++i) {
+    column[live[i]] = static_cast<Eigen::Index>(3 * i);
+    estimate.global_T_base[static_cast<std::size_t>(live[i])] = global_.pose(live[i]);
+    J.block<3, 3>(3 * live[i], static_cast<Eigen::Index>(3 * i)).setIdentity();
+  }
+  Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  for (const auto& [base, map] : maps_) {
+    const WorldMap world = to_world(map, global_);
+    for (Eigen::Index i = map.ports; i < map.pose_count(); ++i) {
+      const int inner = map.poses[static_cast<std::size_t>(i)];
+      estimate.global_T_base[static_cast<std::size_t>(inner)] = world.global_T_pose[static_cast<std::size_t>(i)];
+      for (std::size_t k = 0; k < world.bases.size(); ++k) {
+        J.block<3, 3>(3 * inner, column.at(world.bases[k])) = world.J_poses.block<3, 3>(3 * i, static_cast<Eigen::Index>(3 * k));
+      }
+      for (Eigen::Index j = map.ports; j < map.pose_count(); ++j) {
+        noise.block<3, 3>(3 * inner, 3 * map.poses[static_cast<std::size_t>(j)]) = world.pose_noise.block<3, 3>(3 * i, 3 * j);
+      }
+    }
+    for (Eigen::Index i = 0; i < map.landmark_count(); ++i) {
+      estimate.landmarks.push_back({{world.landmarks.col(i), world.landmark_covariance[static_cast<std::size_t>(i)]},
+                                    map.landmarks[static_cast<std::size_t>(i)], base});
+    }
+    estimate.maps.push_back({base, map.members, static_cast<int>(map.landmark_count())});
+  }
+  estimate.base_covariance = J * P * J.transpose() + noise;
+  return estimate;
+}
+
+}  // namespace ssjs

@@ -1,0 +1,235 @@
+#include "ssjs/mapping/submap_builder.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "ssjs/association/nearest_neighbour.hpp"
+#include "ssjs/association/randomized_joint_compatibility.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a submap does
+constexpr double kPreselectionSigmas = 6.0;    // beyond the dead band's 5 sigma, so that preselection never decides
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+SubmapBuilder::SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed)
+    : config_(config), association_(association), rng_(Rng(seed).stream("scan association")), ekf_(kInitialCapacity) {
+  ekf_.reset({});
+}
+
+void SubmapBuilder::start(double time_s) {
+  ekf_.reset({});  // the vehicle is at the base, exactly
+  tracked_.clear();
+  journal_.clear();
+  start_time_s_ = time_s;
+  started_ = true;
+  scans_ = 0;
+  distance_m_ = moved_m_ = turned_rad_ = 0.0;
+}
+
+void SubmapBuilder::predict(double time_s, const MotionPrediction& motion) {
+  if (!started_) start(time_s);
+  const double moved = (motion.submap_T_vehicle.translation() - ekf_.vehicle_pose().translation()).norm();
+  distance_m_ += moved;
+  moved_m_ += moved;
+  turned_rad_ += std::abs(angle_difference(motion.submap_T_vehicle.heading, ekf_.vehicle_pose().heading));
+  ekf_.predict(motion);
+  time_s_ = time_s;
+}
+
+void SubmapBuilder::record_step(double time_s) { journal_.step(time_s, ekf_.vehicle_pose(), ekf_.vehicle_covariance()); }
+
+ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
+  if (!started_) start(time_s);
+  ScanResult result;
+  const bool moved_enough = moved_m_ >= config_.min_motion_m || (config_.min_rotation_rad > 0.0 && turned_rad_ >= config_.min_rotation_rad);
+  if (!scan_due_ && !moved_enough) return result;
+  scan_due_ = false;
+  moved_m_ = turned_rad_ = 0.0;
+  ++scans_;
+
+  const auto begin = std::chrono::steady_clock::now();
+  const Hypothesis hypothesis = associate(scan);
+  result.association_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.budget_exhausted = hypothesis.budget_exhausted;
+  result.paired = static_cast<int>(hypothesis.pairs.size());
+
+  std::vector<bool> is_paired(scan.size(), false);
+  for (const Pair& pair : hypothesis.pairs) {
+    is_paired[at(pair.observation)] = true;
+    const auto& known = tracked_[at(selected_[at(pair.prediction)])].landmark.source_id;
+    const auto& seen = scan[at(pair.observation)].landmark_id;
+    if (known && seen && *known != *seen) ++result.wrong_pairs;
+  }
+  std::vector<Eigen::Index> fresh;  // outside the dead band
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (is_paired[i]) continue;
+    const auto& nearest = hypothesis.nearest_squared_distance[i];
+    if (!nearest || *nearest > association_.new_landmark_squared_distance) {
+      fresh.push_back(static_cast<Eigen::Index>(i));
+    } else {
+      ++result.dropped;
+    }
+  }
+
+  if (const auto reason = reason_to_close(situation(time_s, hypothesis, static_cast<int>(fresh.size())), config_.split)) {
+    // (C-2): matched observations alternate by bearing between the two submaps; the new one takes everything unpaired.
+    std::vector<Pair> by_bearing = hypothesis.pairs;
+    std::sort(by_bearing.begin(), by_bearing.end(), [&](const Pair& a, const Pair& b) {
+      return scan[at(a.observation)].bearing() < scan[at(b.observation)].bearing();
+    });
+    const bool share = config_.split_boundary_scan && by_bearing.size() >= 4;
+    std::vector<Pair> for_old;
+    Features for_new;
+    for (std::size_t i = 0; i < by_bearing.size(); ++i) {
+      if (share && i % 2 == 1) {
+        for_new.push_back(scan[at(by_bearing[i].observation)]);
+      } else {
+        for_old.push_back(by_bearing[i]);
+      }
+    }
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      if (!is_paired[i]) for_new.push_back(scan[i]);
+    }
+    update(scan, for_old, result);
+    result.closed = finish(*reason);
+    start(time_s);
+    scans_ = 1;
+    for (const Feature& feature : for_new) add(feature);
+    result.added = static_cast<int>(for_new.size());
+    return result;
+  }
+
+  update(scan, hypothesis.pairs, result);
+  for (const Eigen::Index i : fresh) {
+    add(scan[at(i)]);
+    ++result.added;
+  }
+  prune();
+  return result;
+}
+
+SplitSituation SubmapBuilder::situation(double time_s, const Hypothesis& hypothesis, int new_landmarks) const {
+  SplitSituation now;
+  for (const Tracked& tracked : tracked_) now.landmarks += confirmed(tracked) ? 1 : 0;
+  if (config_.min_sightings == 1) {
+    now.new_landmarks = new_landmarks;
+  } else {
+    for (const Pair& pair : hypothesis.pairs) {
+      if (tracked_[at(selected_[at(pair.prediction)])].landmark.times_seen + 1 == config_.min_sightings) ++now.new_landmarks;
+    }
+  }
+  now.submap_T_vehicle = base_T_vehicle();
+  now.distance_m = distance_m_;
+  now.duration_s = time_s - start_time_s_;
+  return now;
+}
+
+Hypothesis SubmapBuilder::associate_by_identity(const Features& scan) const {
+  Hypothesis hypothesis;
+  hypothesis.nearest_squared_distance.resize(scan.size());
+  std::vector<bool> taken(tracked_.size(), false);
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    for (std::size_t j = 0; j < tracked_.size(); ++j) {
+      if (!scan[i].landmark_id || taken[j] || tracked_[j].landmark.source_id != scan[i].landmark_id) continue;
+      hypothesis.pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
+      taken[j] = true;
+      break;
+    }
+  }
+  return hypothesis;
+}
+
+void SubmapBuilder::preselect(const Features& scan) {
+  selected_.clear();
+  double farthest = 0.0;
+  double sigma_range = 0.0;
+  for (const Feature& feature : scan) {
+    farthest = std::max(farthest, feature.range());
+    sigma_range = std::max(sigma_range, std::sqrt(feature.covariance(0, 0)));
+  }
+  const Se2& pose = ekf_.vehicle_pose();
+  const double vehicle_variance = ekf_.vehicle_covariance().topLeftCorner<2, 2>().trace();
+  for (Eigen::Index i = 0; i < ekf_.landmarks(); ++i) {
+    const double distance = (ekf_.landmark_position(i) - pose.translation()).norm();
+    const double spread = std::sqrt(vehicle_variance + ekf_.landmark_covariance(i).trace()) + sigma_range;
+    if (distance <= farthest + kPreselectionSigmas * spread && distance > 1e-6) selected_.push_back(i);
+  }
+}
+
+Hypothesis SubmapBuilder::associate(const Features& scan) {
+  if (association_.method == AssociationMethod::kKnown) {
+    selected_.resize(tracked_.size());
+    for (std::size_t i = 0; i < selected_.size(); ++i) selected_[i] = static_cast<Eigen::Index>(i);
+    return associate_by_identity(scan);
+  }
+  preselect(scan);
+  const auto m = static_cast<Eigen::Index>(scan.size());
+  problem_.observed.resize(2 * m);
+  problem_.observed_covariance.setZero(2 * m, 2 * m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    problem_.observed.segment<2>(2 * i) = scan[at(i)].range_bearing;
+    problem_.observed_covariance.block<2, 2>(2 * i, 2 * i) = scan[at(i)].covariance;
+  }
+  ekf_.predict_observations(selected_, problem_);
+  const JointCompatibilityConfig joint{association_.gate_probability, association_.joint_gate_probability, association_.node_budget};
+  switch (association_.method) {
+    case AssociationMethod::kNearestNeighbour:
+      return nearest_neighbour(problem_, association_.gate_probability);
+    case AssociationMethod::kRandomizedJointCompatibility: {
+      RandomizedJointCompatibilityConfig randomized;
+      randomized.joint = joint;
+      return randomized_joint_compatibility(problem_, randomized, rng_);
+    }
+    default:
+      return joint_compatibility(problem_, joint);
+  }
+}
+
+void SubmapBuilder::update(const Features& scan, const std::vector<Pair>& pairs, ScanResult& result) {
+  if (pairs.empty()) return;
+  result.update = ekf_.update(scan, pairs, selected_);
+  for (const Pair& pair : pairs) ++tracked_[at(selected_[at(pair.prediction)])].landmark.times_seen;
+}
+
+void SubmapBuilder::add(const Feature& feature) {
+  if (std::count_if(tracked_.begin(), tracked_.end(), [&](const Tracked& t) { return !confirmed(t); }) >= config_.max_tentative) return;
+  ekf_.add_landmark(feature);
+  tracked_.push_back({{1, feature.landmark_id}, scans_});
+}
+
+void SubmapBuilder::remove(Eigen::Index landmark) {
+  ekf_.remove_landmark(landmark);
+  tracked_[at(landmark)] = tracked_.back();
+  tracked_.pop_back();
+}
+
+void SubmapBuilder::prune() {
+  if (!config_.prune_after_scans) return;
+  for (Eigen::Index i = ekf_.landmarks() - 1; i >= 0; --i) {
+    if (!confirmed(tracked_[at(i)]) && scans_ - tracked_[at(i)].first_scan >= *config_.prune_after_scans) remove(i);
+  }
+}
+
+Submap SubmapBuilder::finish(const std::string& reason) {
+  for (Eigen::Index i = ekf_.landmarks() - 1; i >= 0; --i) {
+    if (!confirmed(tracked_[at(i)])) remove(i);
+  }
+  Submap submap;
+  submap.index = index_++;
+  submap.start_time_s = start_time_s_;
+  submap.end_time_s = time_s_;
+  submap.closed_because = reason;
+  submap.state = ekf_.state();
+  for (const Tracked& tracked : tracked_) submap.landmarks.push_back(tracked.landmark);
+  submap.steps = journal_.steps(submap.state.vehicle());
+  return submap;
+}
+
+}  // namespace ssjs

@@ -1,0 +1,27 @@
+// The trajectory after the mission: every past pose follows its submap's borders.
+#include "ssjs/pipeline/slam_pipeline.hpp"
+
+namespace ssjs {
+
+std::vector<TrajectoryPoint> SlamPipeline::trajectory() const {
+  const WorldEstimate world = joiner_->estimate();
+  std::vector<TrajectoryPoint> trajectory;
+  for (const Submap& submap : submaps_) {
+    const auto k = static_cast<std::size_t>(submap.index);
+    const Se2& global_T_base = world.global_T_base[k];
+    const RelativePose exit = relative_pose(global_T_base, world.global_T_base[k + 1]);
+    const Eigen::Vector3d shift = additive_difference(exit.i_T_j, submap.state.vehicle().mean);
+    const Eigen::Matrix<double, 6, 6> P = world.base_covariance.block<6, 6>(3 * submap.index, 3 * submap.index);  // bases k, k + 1
+    const Eigen::Matrix3d J_right = compose_jacobian_right(global_T_base);
+    for (const SubmapStep& step : submap.steps) {
+      const Se2 base_T_vehicle = additive_step(step.base_T_vehicle, step.exit_gain * shift);  // (C-5)
+      Eigen::Matrix<double, 3, 6> J;
+      J << compose_jacobian_left(global_T_base, base_T_vehicle) + J_right * step.exit_gain * exit.J_i, J_right * step.exit_gain * exit.J_j;
+      const Eigen::Matrix3d covariance = J * P * J.transpose() + J_right * step.conditional_covariance * J_right.transpose();
+      trajectory.push_back({step.time_s, {global_T_base * base_T_vehicle, 0.5 * (covariance + covariance.transpose())}});
+    }
+  }
+  return trajectory;
+}
+
+}  // namespace ssjs
