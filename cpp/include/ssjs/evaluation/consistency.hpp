@@ -7,7 +7,8 @@
 namespace ssjs {
 
 /// e' P^-1 e. Throws NotPositiveDefinite.
-[[nodiscard]] double normalized_squared_error(const Eigen::Ref<const Eigen::VectorXd>& error, const Eigen::Ref<const Eigen::MatrixXd>& covariance);
+[[nodiscard]] double normalized_squared_error(const Eigen::Ref<const Eigen::VectorXd>& error,
+                                              const Eigen::Ref<const Eigen::MatrixXd>& covariance);
 
 struct Band {
   double lower = 0.0;
@@ -21,8 +22,8 @@ struct ConsistencySummary {
   int samples = 0;
   double mean = 0.0;
   double mean_per_dof = 0.0;
-  double inside_fraction = 0.0;   ///< inside the two-sided 95 % band of one sample
-  double above_fraction = 0.0;    ///< above its upper bound
+  double inside_fraction = 0.0;  ///< inside the two-sided 95 % band of one sample
+  double above_fraction = 0.0;   ///< above its upper bound
 };
 
 /// values[i] with dof[i]; both NIS and NEES. Empty input gives zero samples and zeros.

@@ -7,22 +7,22 @@
 namespace ssjs {
 
 struct AckermanControl {
-  double speed_m_s = 0.0;      ///< of the encoder wheel
-  double steering_rad = 0.0;   ///< positive turns left
+  double speed_m_s = 0.0;     ///< of the encoder wheel
+  double steering_rad = 0.0;  ///< positive turns left
 };
 
 /// Dimensions, calibration and noise. Noise is white: a sigma is the standard deviation of one sample held for noise_step_s,
 /// so a step of length dt has variance sigma^2 * noise_step_s / dt, and cutting a step in two changes nothing.
 struct AckermanConfig {
-  double wheelbase_m = 2.83;        ///< L
-  double encoder_offset_m = 0.76;   ///< H, rear axle centre to the encoder wheel
-  double reference_forward_m = 3.78;///< a, rear axle to the state's reference point, forward
-  double reference_left_m = 0.5;    ///< b, the same, to the left
-  double steering_scale = 1.0;      ///< true steering = scale * measured + offset
+  double wheelbase_m = 2.83;          ///< L
+  double encoder_offset_m = 0.76;     ///< H, rear axle centre to the encoder wheel
+  double reference_forward_m = 3.78;  ///< a, rear axle to the state's reference point, forward
+  double reference_left_m = 0.5;      ///< b, the same, to the left
+  double steering_scale = 1.0;        ///< true steering = scale * measured + offset
   double steering_offset_rad = 0.0;
   double speed_sigma_m_s = 0.5;
   double steering_sigma_rad = 0.0349;
-  double lateral_sigma_m_s = 0.0;   ///< side slip
+  double lateral_sigma_m_s = 0.0;  ///< side slip
   double noise_step_s = 0.025;
   template <class Visitor>
   void visit(Visitor& v) {

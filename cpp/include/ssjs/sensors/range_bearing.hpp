@@ -11,7 +11,7 @@ namespace ssjs {
 struct RangeBearingConfig {
   double range_sigma_m = 0.1;
   double bearing_sigma_rad = 0.0174532925199433;
-  double bearing_offset_rad = 0.0;      ///< added to every measured bearing (mounting yaw of the sensor)
+  double bearing_offset_rad = 0.0;  ///< added to every measured bearing (mounting yaw of the sensor)
   double min_range_m = 0.0;
   double max_range_m = 1000.0;
   template <class Visitor>
@@ -25,7 +25,7 @@ struct RangeBearingConfig {
 };
 
 struct RangeBearingPrediction {
-  Eigen::Vector2d range_bearing;          ///< h, m and rad in [-pi, pi)
+  Eigen::Vector2d range_bearing;  ///< h, m and rad in [-pi, pi)
   Eigen::Matrix<double, 2, 3> H_vehicle;
   Eigen::Matrix2d H_landmark;
 };
@@ -36,7 +36,7 @@ struct RangeBearingPrediction {
 struct LandmarkFromRangeBearing {
   Eigen::Vector2d submap_p_landmark;
   Eigen::Matrix<double, 2, 3> J_vehicle;
-  Eigen::Matrix2d J_measurement;          ///< d(landmark)/d(range, bearing)
+  Eigen::Matrix2d J_measurement;  ///< d(landmark)/d(range, bearing)
 };
 
 /// The inverse of predict_range_bearing in its second argument.

@@ -1,0 +1,13 @@
+/// One function a folder of the library.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace ssjs::bindings {
+
+void add_pipeline(pybind11::module_& module);
+void add_evaluation(pybind11::module_& module);
+void add_simulation(pybind11::module_& module);
+void add_features(pybind11::module_& module);
+
+}  // namespace ssjs::bindings

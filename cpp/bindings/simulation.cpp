@@ -1,0 +1,83 @@
+// The built-in scenarios.
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "config.hpp"
+#include "parts.hpp"
+#include "ssjs/simulation/scenario.hpp"
+
+namespace ssjs::bindings {
+namespace {
+
+py::array array_of(const std::vector<double>& values) { return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data()); }
+py::array array_of(const std::vector<std::int64_t>& values) {
+  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
+  Scenario scenario;
+  SimulatedMission mission;
+  {
+    const py::gil_scoped_release released;
+    scenario = built_in_scenario(name, seed);
+    mission = simulate(scenario.world, scenario.config, seed);
+  }
+  std::vector<double> control_time_s, speed_m_s, steering_rad, scan_time_s, range_m, bearing_rad;
+  std::vector<std::int64_t> landmark_id;
+  for (const Event& event : mission.events) {
+    if (const auto* control = std::get_if<AckermanControl>(&event.record)) {
+      control_time_s.push_back(event.time_s);
+      speed_m_s.push_back(control->speed_m_s);
+      steering_rad.push_back(control->steering_rad);
+    } else if (const auto* scan = std::get_if<Features>(&event.record)) {
+      for (const Feature& feature : *scan) {
+        scan_time_s.push_back(event.time_s);
+        range_m.push_back(feature.range());
+        bearing_rad.push_back(feature.bearing());
+        landmark_id.push_back(feature.landmark_id.value_or(-1));
+      }
+    }
+  }
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> truth(static_cast<Eigen::Index>(mission.time_s.size()), 3);
+  for (std::size_t i = 0; i < mission.time_s.size(); ++i) truth.row(static_cast<Eigen::Index>(i)) = mission.global_T_vehicle[i].vector();
+
+  py::dict config;  // the noise of the simulation is the noise the filter should assume
+  const AckermanConfig& vehicle = scenario.config.vehicle;
+  config["vehicle.kind"] = "ackerman";
+  config["vehicle.ackerman.wheelbase_m"] = vehicle.wheelbase_m;
+  config["vehicle.ackerman.encoder_offset_m"] = vehicle.encoder_offset_m;
+  config["vehicle.ackerman.reference_forward_m"] = vehicle.reference_forward_m;
+  config["vehicle.ackerman.reference_left_m"] = vehicle.reference_left_m;
+  config["vehicle.ackerman.speed_sigma_m_s"] = vehicle.speed_sigma_m_s;
+  config["vehicle.ackerman.steering_sigma_rad"] = vehicle.steering_sigma_rad;
+  config["vehicle.ackerman.lateral_sigma_m_s"] = vehicle.lateral_sigma_m_s;
+  config["vehicle.ackerman.noise_step_s"] = scenario.config.step_s;
+  config["sensor.range_sigma_m"] = scenario.config.range_sigma_m;
+  config["sensor.bearing_sigma_rad"] = scenario.config.bearing_sigma_rad;
+
+  py::dict dict;
+  dict["control_time_s"] = array_of(control_time_s);
+  dict["speed_m_s"] = array_of(speed_m_s);
+  dict["steering_rad"] = array_of(steering_rad);
+  dict["scan_time_s"] = array_of(scan_time_s);
+  dict["range_m"] = array_of(range_m);
+  dict["bearing_rad"] = array_of(bearing_rad);
+  dict["landmark_id"] = array_of(landmark_id);
+  dict["truth_time_s"] = array_of(mission.time_s);
+  dict["truth_pose"] = truth;
+  dict["landmark_position"] = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>(mission.world.landmarks_m.transpose());
+  dict["landmark_ids"] = array_of(mission.world.ids);
+  dict["config"] = config;
+  return dict;
+}
+
+}  // namespace
+
+void add_simulation(py::module_& module) {
+  module.def("scenario_names", &scenario_names);
+  module.def("simulate", &simulate_scenario, py::arg("scenario"), py::arg("seed") = 0, "A built-in scenario: measured log, truth, filter settings.");
+}
+
+}  // namespace ssjs::bindings

@@ -1,0 +1,86 @@
+#include "ssjs/pipeline/mission_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "ssjs/base/error.hpp"
+
+namespace ssjs {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const GaussianSe2& value) {
+  const Eigen::Matrix3d& P = value.covariance;
+  poses.row(row) = value.mean.vector();
+  covariances.row(row) << P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2);
+}
+
+void take(MissionResult& result, const JoinReport& join) {
+  result.loop_candidates += join.candidates;
+  result.budget_exhausted += join.budget_exhausted ? 1 : 0;
+  for (const LoopAttempt& loop : join.loops) {
+    if (loop.accepted) {
+      ++result.loop_closures;
+      result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
+      result.map_identities_known = result.map_identities_known || loop.wrong_pairs.has_value();
+      result.fusion_chi_squared += loop.chi_squared.value_or(0.0);
+      result.fusion_dof += loop.dof;
+    }
+    result.loops.push_back(loop);
+  }
+}
+
+}  // namespace
+
+MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& events, std::uint64_t seed, const ProgressSink& progress) {
+  MissionResult result;
+  SlamPipeline pipeline(config, seed);
+  const auto n = static_cast<Eigen::Index>(events.size());
+  result.time_s.resize(n);
+  result.step_time_us.resize(n);
+  for (RowMatrix* const poses : {&result.pose, &result.online_pose, &result.dead_reckoning}) poses->resize(n, 3);
+  for (RowMatrix* const covariances : {&result.covariance, &result.online_covariance}) covariances->resize(n, 6);
+  result.submap.reserve(events.size());
+
+  const Eigen::Index report_every = std::max<Eigen::Index>(1, n / 1000);
+  const auto begin = Clock::now();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (progress && i % report_every == 0 && !progress(static_cast<double>(i) / static_cast<double>(n))) throw Cancelled();
+    const auto step_begin = Clock::now();
+    const StepReport step = pipeline.feed(events[static_cast<std::size_t>(i)]);
+    result.step_time_us(i) = std::chrono::duration<double, std::micro>(Clock::now() - step_begin).count();
+    result.time_s(i) = step.time_s;
+    put(result.online_pose, result.online_covariance, i, step.global_T_vehicle);
+    result.dead_reckoning.row(i) = pipeline.dead_reckoning().vector();
+    result.submap.push_back(step.submap);
+    result.time_local_s += step.local_time_s;
+    result.time_global_s += step.global_time_s;
+    result.time_association_s += step.association_time_s;
+    if (step.scan) {
+      result.observations += step.scan->paired + step.scan->added + step.scan->dropped;
+      result.scan_wrong_pairs += step.scan->wrong_pairs;
+      result.budget_exhausted += step.scan->budget_exhausted ? 1 : 0;
+      if (step.scan->update) result.updates.push_back({step.time_s, step.scan->update->nis, step.scan->update->dof});
+    }
+    if (step.join) take(result, *step.join);
+  }
+  const auto finish_begin = Clock::now();
+  const JoinReport last = pipeline.finish();
+  take(result, last);
+  result.time_association_s += last.association_time_s;
+  result.time_global_s += std::chrono::duration<double>(Clock::now() - finish_begin).count() - last.association_time_s;
+  result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
+
+  if (n > 0) {
+    const std::vector<TrajectoryPoint> trajectory = pipeline.trajectory();
+    for (Eigen::Index i = 0; i < n; ++i) put(result.pose, result.covariance, i, trajectory[static_cast<std::size_t>(i)].global_T_vehicle);
+    result.world = pipeline.world();
+    result.submaps = pipeline.submaps();
+    for (Submap& submap : result.submaps) submap.steps.clear();
+  }
+  if (progress) progress(1.0);
+  return result;
+}
+
+}  // namespace ssjs
