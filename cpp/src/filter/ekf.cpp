@@ -50,6 +50,7 @@ void Ekf::predict(const MotionPrediction& motion) {
   P_.topLeftCorner<kVehicle, kVehicle>() = motion.F * P_vehicle * motion.F.transpose() + motion.Q;  // (F-1)
   transition_ = motion.F * transition_;
   transition_pending_ = true;
+  if (watcher_ != nullptr) watcher_->on_predict(motion.F);
 }
 
 void Ekf::settle() {
@@ -80,6 +81,7 @@ void Ekf::add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Ma
   for (Eigen::Index c = kVehicle; c < at; ++c) P_.block<2, 1>(at, c).noalias() = J_vehicle * P_.block<1, kVehicle>(c, 0).transpose();
   P_.block<2, 2>(at, at) = J_vehicle * P_vehicle * J_vehicle.transpose() + noise;
   ++landmarks_;
+  if (watcher_ != nullptr) watcher_->on_add(J_vehicle);
 }
 
 void Ekf::remove_landmark(Eigen::Index landmark) {
@@ -98,6 +100,7 @@ void Ekf::remove_landmark(Eigen::Index landmark) {
     P_.block(to + 2, to, from - to - 2, 2) = landmark_columns_.middleRows(to + 2, from - to - 2);
   }
   --landmarks_;
+  if (watcher_ != nullptr) watcher_->on_remove(landmark, last);
 }
 
 void Ekf::read_landmark_columns(Eigen::Index landmark, Eigen::Index n, Eigen::Ref<Eigen::MatrixXd> columns) const {
@@ -212,6 +215,7 @@ UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
     mean_.segment(kVehicle, m) += innovation_(j) * PHt.col(j).tail(m);
   }
   downdate_(PHt, P_);  // (F-4): P -= Y Y'
+  if (watcher_ != nullptr) watcher_->on_update(observations, PHt, S);
   return result;
 }
 
@@ -220,6 +224,11 @@ Eigen::Matrix3d Ekf::vehicle_covariance() const { return P_.topLeftCorner<kVehic
 Eigen::Matrix2d Ekf::landmark_covariance(Eigen::Index landmark) const {
   const Eigen::Index at = StateLayout::offset(landmark);
   return P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>();
+}
+
+Eigen::Ref<const Eigen::MatrixXd> Ekf::landmark_vehicle_covariance() {
+  settle();
+  return P_.block(kVehicle, 0, StateLayout::size(landmarks_) - kVehicle, kVehicle);
 }
 
 MapState Ekf::state() {

@@ -30,6 +30,37 @@ std::vector<SharedBase> shared_bases(const LiveMap& a, const LiveMap& b) {
   return shared;
 }
 
+/// Nonzero block of a Jacobian over one map's state.
+struct JacobianBlock {
+  Eigen::Index row, column, size;  ///< size x size
+  Eigen::Matrix3d block;           ///< its top left corner
+};
+
+/// J with few blocks, times anything: P * J' and J * X touch only the blocks' columns and rows.
+struct BlockJacobian {
+  std::vector<JacobianBlock> blocks;
+
+  void add(Eigen::Index row, Eigen::Index column, const Eigen::Ref<const Eigen::MatrixXd>& block) {
+    blocks.push_back({row, column, block.rows(), Eigen::Matrix3d::Zero()});
+    blocks.back().block.topLeftCorner(block.rows(), block.rows()) = block;
+  }
+  /// result = P * J'
+  template <class Result>
+  void right_transposed(const Eigen::MatrixXd& P, Result&& result) const {
+    result.setZero();
+    for (const JacobianBlock& b : blocks) {
+      result.middleCols(b.row, b.size) += P.middleCols(b.column, b.size).lazyProduct(b.block.topLeftCorner(b.size, b.size).transpose());
+    }
+  }
+  /// result += J * X
+  template <class Matrix, class Result>
+  void add_left(const Matrix& X, Result&& result) const {
+    for (const JacobianBlock& b : blocks) {
+      result.middleRows(b.row, b.size) += b.block.topLeftCorner(b.size, b.size).lazyProduct(X.middleRows(b.column, b.size));
+    }
+  }
+};
+
 /// The constraints c(x_a, x_b, tau) = 0, tau = a_T_b: two rows a pair, three rows a shared base (J-8).
 class Constraints {
  public:
@@ -41,8 +72,8 @@ class Constraints {
   void linearize(const Eigen::VectorXd& x_a, const Eigen::VectorXd& x_b, const Se2& a_T_b) {
     c.resize(rows());
     J.resize(rows(), 3);
-    H_a.setZero(rows(), x_a.size());
-    H_b.setZero(rows(), x_b.size());
+    H_a.blocks.clear();
+    H_b.blocks.clear();
     const Eigen::Matrix2d R = a_T_b.rotation();
     Eigen::Index row = 0;
     for (const Pair& pair : pairs_) {
@@ -50,8 +81,8 @@ class Constraints {
       const Eigen::Vector2d b_p = x_b(b_.landmark(pair.observation));
       const auto rows2 = Eigen::seqN(row, Eigen::fix<2>);
       c(rows2) = a_p - a_T_b * b_p;
-      H_a(rows2, a_.landmark(pair.prediction)) = Eigen::Matrix2d::Identity();
-      H_b(rows2, b_.landmark(pair.observation)) = -R;
+      H_a.add(row, a_.landmark_offset(pair.prediction), Eigen::Matrix2d::Identity());
+      H_b.add(row, b_.landmark_offset(pair.observation), -R);
       J.middleRows<2>(row) = -act_jacobian(a_T_b, b_p);
       row += 2;
     }
@@ -60,15 +91,15 @@ class Constraints {
       const Se2 in_b = base.in_b ? Se2::from_vector(x_b(LiveMap::pose(*base.in_b))) : Se2{};
       const auto rows3 = Eigen::seqN(row, Eigen::fix<3>);
       c(rows3) = additive_difference(in_a, a_T_b * in_b);
-      if (base.in_a) H_a(rows3, LiveMap::pose(*base.in_a)) = Eigen::Matrix3d::Identity();
-      if (base.in_b) H_b(rows3, LiveMap::pose(*base.in_b)) = -compose_jacobian_right(a_T_b);
+      if (base.in_a) H_a.add(row, 3 * *base.in_a, Eigen::Matrix3d::Identity());
+      if (base.in_b) H_b.add(row, 3 * *base.in_b, -compose_jacobian_right(a_T_b));
       J.middleRows<3>(row) = -compose_jacobian_left(a_T_b, in_b);
       row += 3;
     }
   }
 
   Eigen::VectorXd c;
-  Eigen::MatrixXd H_a, H_b;
+  BlockJacobian H_a, H_b;
   Eigen::Matrix<double, Eigen::Dynamic, 3> J;  ///< dc/dtau
 
  private:
@@ -125,13 +156,15 @@ JointEstimate solve(const LiveMap& a, const LiveMap& b, Constraints& constraints
   const std::string name = "fusion of the maps at bases " + std::to_string(a.base) + " and " + std::to_string(b.base);
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     constraints.linearize(estimate.x_a, estimate.x_b, estimate.a_T_b);
-    PHt.topRows(n_a).noalias() = a.covariance * constraints.H_a.transpose();
-    PHt.bottomRows(n_b).noalias() = b.covariance * constraints.H_b.transpose();
-    Eigen::MatrixXd S = constraints.H_a * PHt.topRows(n_a) + constraints.H_b * PHt.bottomRows(n_b);
-    S.diagonal().array() += kConstraintVariance;
+    constraints.H_a.right_transposed(a.covariance, PHt.topRows(n_a));
+    constraints.H_b.right_transposed(b.covariance, PHt.bottomRows(n_b));
+    Eigen::MatrixXd S = kConstraintVariance * Eigen::MatrixXd::Identity(constraints.rows(), constraints.rows());
+    constraints.H_a.add_left(PHt.topRows(n_a), S);
+    constraints.H_b.add_left(PHt.bottomRows(n_b), S);
     L = cholesky_lower(S, "constraint covariance", name.c_str());
-    const Eigen::VectorXd c0 = constraints.c + constraints.H_a * state_difference(a, a.mean, estimate.x_a) +
-                               constraints.H_b * state_difference(b, b.mean, estimate.x_b);
+    Eigen::VectorXd c0 = constraints.c;
+    constraints.H_a.add_left(state_difference(a, a.mean, estimate.x_a), c0);
+    constraints.H_b.add_left(state_difference(b, b.mean, estimate.x_b), c0);
     LiJ = L.triangularView<Eigen::Lower>().solve(constraints.J);
     const Eigen::VectorXd Lic = L.triangularView<Eigen::Lower>().solve(c0);
     const Eigen::LLT<Eigen::Matrix3d> information(LiJ.transpose() * LiJ);
@@ -153,10 +186,12 @@ JointEstimate solve(const LiveMap& a, const LiveMap& b, Constraints& constraints
   P.setZero(n + 3, n + 3);
   P.topLeftCorner(n_a, n_a) = a.covariance;
   P.block(n_a, n_a, n_b, n_b) = b.covariance;
-  P.topLeftCorner(n, n).noalias() -= Y * Y.transpose();
   P.topRightCorner(n, 3) = D * C_tau;
   P.bottomLeftCorner(3, n) = P.topRightCorner(n, 3).transpose();
-  P.topLeftCorner(n, n).noalias() += P.topRightCorner(n, 3) * D.transpose();
+  auto P_maps = P.topLeftCorner(n, n);
+  P_maps.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
+  P_maps.selfadjointView<Eigen::Lower>().rankUpdate(D * C_tau.llt().matrixL().toDenseMatrix(), 1.0);
+  P_maps.triangularView<Eigen::StrictlyUpper>() = P_maps.transpose();
   P.bottomRightCorner<3, 3>() = C_tau;
   return estimate;
 }

@@ -16,6 +16,20 @@ Eigen::Index position(const std::vector<int>& bases, int base) {
   return found - bases.begin();
 }
 
+/// Copies the lower triangle to the upper one, tile by tile for the sake of the cache.
+void mirror_lower(Eigen::Ref<Eigen::MatrixXd> P) {
+  constexpr Eigen::Index kTile = 32;
+  for (Eigen::Index column = 0; column < P.cols(); column += kTile) {
+    const Eigen::Index columns = std::min(kTile, P.cols() - column);
+    auto diagonal = P.block(column, column, columns, columns);
+    diagonal.triangularView<Eigen::StrictlyUpper>() = diagonal.transpose();
+    for (Eigen::Index row = column + kTile; row < P.rows(); row += kTile) {
+      const Eigen::Index rows = std::min(kTile, P.rows() - row);
+      P.block(column, row, columns, rows) = P.block(row, column, rows, columns).transpose();
+    }
+  }
+}
+
 }  // namespace
 
 GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
@@ -82,24 +96,30 @@ void GlobalMap::correct(const JoinEvidence& evidence) {
   const Eigen::MatrixXd L = cholesky_lower(S, "innovation covariance of the bases", "map-to-map pairing");
   const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(PHt.transpose()).transpose();
   const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);
-  P_.topLeftCorner(n, n).noalias() -= Y * Y.transpose();
+  auto P = P_.topLeftCorner(n, n);
+  P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
+  mirror_lower(P);
   // (J-14): the step is additive; in invariant coordinates xi = M^-1 step, X <- Exp(xi) X, and the covariance, constant in xi,
   // returns to additive coordinates at the new X: P <- T P T' with T = M(new) M(old)^-1, which only adds multiples of heading rows.
+  Eigen::Matrix2Xd moved_by(2, n / 3);
   for (std::size_t i = 0; i < live_.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(3 * i);
     Se2& X = poses_[static_cast<std::size_t>(live_[i])];
-    const Eigen::Vector3d d = step.segment<3>(at);
-    const Eigen::Vector3d xi(d.x() + X.y * d.z(), d.y() - X.x * d.z(), d.z());
-    const Se2 moved = se2_exp(xi) * X;
-    P_.row(at).head(n) -= (moved.y - X.y) * P_.row(at + 2).head(n);
-    P_.row(at + 1).head(n) += (moved.x - X.x) * P_.row(at + 2).head(n);
-    P_.col(at).head(n) -= (moved.y - X.y) * P_.col(at + 2).head(n);
-    P_.col(at + 1).head(n) += (moved.x - X.x) * P_.col(at + 2).head(n);
+    const Eigen::Vector3d d = step.segment<3>(static_cast<Eigen::Index>(3 * i));
+    const Se2 moved = se2_exp({d.x() + X.y * d.z(), d.y() - X.x * d.z(), d.z()}) * X;
+    moved_by.col(static_cast<Eigen::Index>(i)) << moved.x - X.x, moved.y - X.y;
     X = moved;
   }
-  for (Eigen::Index c = 0; c < n; ++c) {  // the row operations round differently from the column operations
-    for (Eigen::Index r = c + 1; r < n; ++r) P_(r, c) = P_(c, r) = 0.5 * (P_(r, c) + P_(c, r));
+  for (Eigen::Index base = 0; base < n; base += 3) {
+    P.col(base) -= moved_by(1, base / 3) * P.col(base + 2);
+    P.col(base + 1) += moved_by(0, base / 3) * P.col(base + 2);
   }
+  for (Eigen::Index column = 0; column < n; ++column) {
+    for (Eigen::Index base = 0; base < n; base += 3) {
+      P(base, column) -= moved_by(1, base / 3) * P(base + 2, column);
+      P(base + 1, column) += moved_by(0, base / 3) * P(base + 2, column);
+    }
+  }
+  mirror_lower(P);
 }
 
 void GlobalMap::forget_unused_bases() {

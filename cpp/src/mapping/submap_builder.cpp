@@ -21,6 +21,7 @@ std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 SubmapBuilder::SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed)
     : config_(config), association_(association), rng_(Rng(seed).stream("scan association")), ekf_(kInitialCapacity) {
   ekf_.reset({});
+  if (config_.condition_trajectory) ekf_.watch(&journal_);
 }
 
 void SubmapBuilder::start(double time_s) {
@@ -43,7 +44,7 @@ void SubmapBuilder::predict(double time_s, const MotionPrediction& motion) {
   time_s_ = time_s;
 }
 
-void SubmapBuilder::record_step(double time_s) { journal_.step(time_s, ekf_.vehicle_pose(), ekf_.vehicle_covariance()); }
+void SubmapBuilder::record_step(double time_s) { journal_.step(time_s, ekf_); }
 
 ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
   if (!started_) start(time_s);
@@ -228,7 +229,7 @@ Submap SubmapBuilder::finish(const std::string& reason) {
   submap.closed_because = reason;
   submap.state = ekf_.state();
   for (const Tracked& tracked : tracked_) submap.landmarks.push_back(tracked.landmark);
-  submap.steps = journal_.steps(submap.state.vehicle());
+  submap.steps = config_.condition_trajectory ? journal_.steps(submap.state.vehicle()) : journal_.unconditioned_steps();
   return submap;
 }
 

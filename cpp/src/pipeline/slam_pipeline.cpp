@@ -19,7 +19,10 @@ const SlamConfig& valid(const SlamConfig& config) {
 
 SubmapBuilderConfig builder_config(const SlamConfig& config) {
   SubmapBuilderConfig submap = config.submap;
-  if (config.method == Method::kEkf) submap.split = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};  // one endless map
+  if (config.method == Method::kEkf) {  // one endless map, whose answer is what it filtered at the time
+    submap.split = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
+    submap.condition_trajectory = false;
+  }
   return submap;
 }
 

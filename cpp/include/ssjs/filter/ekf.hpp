@@ -7,6 +7,7 @@
 
 #include "ssjs/association/hypothesis.hpp"
 #include "ssjs/features/feature.hpp"
+#include "ssjs/filter/filter_watcher.hpp"
 #include "ssjs/filter/map_state.hpp"
 #include "ssjs/filter/symmetric_update.hpp"
 #include "ssjs/sensors/motion.hpp"
@@ -34,6 +35,9 @@ class Ekf {
  public:
   explicit Ekf(Eigen::Index landmark_capacity);
 
+  /// Told of every later operation; not owned, must outlive its use here. nullptr stops it.
+  void watch(FilterWatcher* watcher) { watcher_ = watcher; }
+
   void reset(const GaussianSe2& submap_T_vehicle);  ///< forgets every landmark
 
   void predict(const MotionPrediction& motion);  ///< (F-1); motion linearised at vehicle_pose()
@@ -59,6 +63,8 @@ class Ekf {
   [[nodiscard]] Eigen::Matrix3d vehicle_covariance() const;
   [[nodiscard]] Eigen::Vector2d landmark_position(Eigen::Index landmark) const { return mean_(StateLayout::landmark(landmark)); }
   [[nodiscard]] Eigen::Matrix2d landmark_covariance(Eigen::Index landmark) const;
+  /// P(landmarks, vehicle), 2n x 3.
+  [[nodiscard]] Eigen::Ref<const Eigen::MatrixXd> landmark_vehicle_covariance();
   [[nodiscard]] MapState state();  ///< a copy, both triangles
 
  private:
@@ -82,6 +88,7 @@ class Ekf {
   Eigen::MatrixXd landmark_columns_;
   std::vector<LinearObservation> observations_;
   SymmetricDowndate downdate_;
+  FilterWatcher* watcher_ = nullptr;
 };
 
 }  // namespace ssjs

@@ -48,6 +48,7 @@ struct SubmapBuilderConfig {
   std::optional<int> prune_after_scans;     ///< tentative landmarks are dropped after so many scans
   double min_motion_m = 0.0;                ///< scans are skipped until the vehicle moved so far ...
   double min_rotation_rad = 0.0;            ///< ... or turned so far
+  bool condition_trajectory = true;         ///< false: past poses stay as filtered, and nothing is remembered for them
   int max_tentative = 200;                  ///< a flood of spurious observations stays bounded
   template <class Visitor>
   void visit(Visitor& v) {
@@ -57,6 +58,7 @@ struct SubmapBuilderConfig {
     v.field("prune_after_scans", prune_after_scans, Rule::at_least(1), "tentative landmarks are dropped after so many scans");
     v.field("min_motion_m", min_motion_m, Rule::not_negative(), "scans are skipped until the vehicle has moved so far since the last used one");
     v.field("min_rotation_rad", min_rotation_rad, Rule::not_negative(), "... or has turned so far");
+    v.field("condition_trajectory", condition_trajectory, "past poses of a submap follow its later corrections (costs memory in proportion to a submap)");
     v.field("max_tentative", max_tentative, Rule::at_least(1), "tentative landmarks kept at most: a flood of spurious observations stays bounded");
   }
 };
@@ -73,6 +75,9 @@ struct ScanResult {
 class SubmapBuilder {
  public:
   SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed);
+  SubmapBuilder(const SubmapBuilder&) = delete;  // the filter reports to the journal beside it
+  SubmapBuilder& operator=(const SubmapBuilder&) = delete;
+  ~SubmapBuilder() = default;
 
   void predict(double time_s, const MotionPrediction& motion);
   [[nodiscard]] ScanResult observe(double time_s, const Features& scan);

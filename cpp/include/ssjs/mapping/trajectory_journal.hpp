@@ -1,25 +1,57 @@
 /// Remembers what the filter did inside one submap, so that every past pose can be conditioned on the exit pose when the
-/// submap closes. docs/math/submaps.md (C-3, C-4).
+/// submap closes: the adjoint recursion of the fixed-interval smoother (Bryson and Frazier 1963), for the exit pose alone.
+/// docs/math/submaps.md (C-3, C-4).
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "ssjs/filter/ekf.hpp"
+#include "ssjs/filter/filter_watcher.hpp"
 #include "ssjs/mapping/submap.hpp"
 
 namespace ssjs {
 
-class TrajectoryJournal {
+/// Memory grows with the scans of one submap and is kept for the next: after the largest submap nothing allocates but the steps.
+class TrajectoryJournal final : public FilterWatcher {
  public:
   void clear();
-  void step(double time_s, const Se2& base_T_vehicle, const Eigen::Matrix3d& covariance);
 
-  /// The steps with their gain on the exit pose, whose covariance is given.
+  void on_predict(const Eigen::Matrix3d& F) override;
+  void on_update(const std::vector<LinearObservation>& observations, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+                 const Eigen::Ref<const Eigen::MatrixXd>& L) override;
+  void on_add(const Eigen::Matrix<double, 2, 3>& J_vehicle) override;
+  void on_remove(Eigen::Index landmark, Eigen::Index last) override;
+
+  /// The present pose becomes a step of the trajectory.
+  void step(double time_s, Ekf& filter);
+
+  /// Steps with their gain on the exit pose (C-4). unconditioned: without a gain, as filtered.
   [[nodiscard]] std::vector<SubmapStep> steps(const GaussianSe2& base_T_exit) const;
+  [[nodiscard]] std::vector<SubmapStep> unconditioned_steps() const;
 
  private:
+  enum class Kind { kStep, kUpdate, kAdd, kRemove };
+  struct Entry {
+    Kind kind = Kind::kStep;
+    Eigen::Matrix3d transition = Eigen::Matrix3d::Identity();  ///< of the vehicle since the entry before
+    std::size_t data = 0;             ///< where its numbers start in numbers_
+    Eigen::Index rows = 0;            ///< update: state size n; step: landmark coordinates in the snapshot
+    Eigen::Index columns = 0;         ///< update: innovation size k; remove: index of the last landmark
+    std::size_t observation = 0;      ///< update: first of k / 2 in observations_
+    Eigen::Index landmark = 0;        ///< remove
+    bool has_snapshot = false;        ///< step: numbers_ holds P(vehicle, landmarks) at this step
+  };
+
+  void push(Entry entry);
+  void store(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+
+  std::vector<Entry> entries_;
+  std::vector<double> numbers_;
+  std::vector<LinearObservation> observations_;
   std::vector<SubmapStep> steps_;
+  Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();
+  bool snapshot_due_ = true;
 };
 
 }  // namespace ssjs

@@ -1,0 +1,105 @@
+#include "ssjs/simulation/world.hpp"
+
+#include <cmath>
+
+#include "ssjs/base/error.hpp"
+#include "ssjs/base/random.hpp"
+
+namespace ssjs {
+namespace {
+
+void place_grid(World& world, int columns, int rows, double spacing_m) {
+  world.landmarks_m.resize(2, static_cast<Eigen::Index>(columns) * rows);
+  Eigen::Index landmark = 0;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column, ++landmark) {
+      world.landmarks_m.col(landmark) << spacing_m * column, spacing_m * row;
+      world.ids.push_back(landmark);
+    }
+  }
+}
+
+void jitter(World& world, double jitter_m, std::uint64_t seed) {
+  Rng landmarks = Rng(seed).stream("landmarks");
+  for (Eigen::Index i = 0; i < world.landmarks_m.cols(); ++i) {
+    world.landmarks_m(0, i) += landmarks.uniform(-jitter_m, jitter_m);
+    world.landmarks_m(1, i) += landmarks.uniform(-jitter_m, jitter_m);
+  }
+}
+
+/// Two waypoints of a lawn-mower line at height y, driven to the right or to the left.
+void add_line(World& world, double y, double x_left, double x_right, bool to_right) {
+  world.waypoints.emplace_back(to_right ? x_left : x_right, y);
+  world.waypoints.emplace_back(to_right ? x_right : x_left, y);
+}
+
+void check_field(const std::string& world, int columns, int min_columns, int rows, int min_rows, double spacing_m, double jitter_m) {
+  if (columns < min_columns) throw InvalidArgument(world + " columns", columns, "must be at least " + std::to_string(min_columns));
+  if (rows < min_rows) throw InvalidArgument(world + " rows", rows, "must be at least " + std::to_string(min_rows));
+  if (!(spacing_m > 0.0) || !std::isfinite(spacing_m))
+    throw InvalidArgument(world + " spacing_m", spacing_m, "must be positive and finite");
+  if (!(jitter_m >= 0.0 && jitter_m < 0.5 * spacing_m)) {
+    throw InvalidArgument(world + " jitter_m", jitter_m, "must be at least 0 and below half the spacing, so that landmarks stay apart");
+  }
+}
+
+}  // namespace
+
+World grid_survey_world() {
+  World world;
+  place_grid(world, 21, 21, 5.0);
+  constexpr int kLines = 10;
+  for (int k = 0; k < kLines; ++k) add_line(world, 2.5 + 10.0 * k, 5.0, 95.0, k % 2 == 0);
+  for (int k = 0; k < kLines; ++k) add_line(world, 97.5 - 10.0 * k, 5.0, 95.0, k % 2 == 0);
+  return world;
+}
+
+World exploration_world(int columns, int rows, double spacing_m, double jitter_m, double line_spacing_m, std::uint64_t seed) {
+  check_field("exploration_world", columns, 3, rows, 2, spacing_m, jitter_m);
+  if (!(line_spacing_m > 0.0) || !std::isfinite(line_spacing_m)) {
+    throw InvalidArgument("exploration_world line_spacing_m", line_spacing_m, "must be positive and finite");
+  }
+  World world;
+  place_grid(world, columns, rows, spacing_m);
+  jitter(world, jitter_m, seed);
+  const double width_m = spacing_m * (columns - 1);
+  const double height_m = spacing_m * (rows - 1);
+  // half a spacing from the first row, so that the first line runs between two rows
+  for (int k = 0; k == 0 || 0.5 * spacing_m + line_spacing_m * k <= height_m; ++k) {
+    add_line(world, 0.5 * spacing_m + line_spacing_m * k, 0.5 * spacing_m, width_m - 0.5 * spacing_m, k % 2 == 0);
+  }
+  return world;
+}
+
+World revisit_world(int columns, int rows, double spacing_m, double jitter_m, int laps, std::uint64_t seed) {
+  check_field("revisit_world", columns, 4, rows, 5, spacing_m, jitter_m);
+  if (laps < 1) throw InvalidArgument("revisit_world laps", laps, "must be at least 1");
+  World world;
+  place_grid(world, columns, rows, spacing_m);
+  jitter(world, jitter_m, seed);
+
+  const double lane_spacing_m = 2.0 * spacing_m;
+  const double return_y_m = 0.5 * spacing_m;
+  const double low_y_m = return_y_m + lane_spacing_m;
+  const double high_y_m = spacing_m * (rows - 1.5);
+  const int lanes = columns / 2 / 2 * 2;  // lane k lies half a spacing right of column 2 k; an even number ends at the lower edge
+  std::vector<Eigen::Vector2d> circuit;
+  for (int k = 0; k < lanes; ++k) {
+    const double x_m = 0.5 * spacing_m + lane_spacing_m * k;
+    const double start_y_m = k == 0 ? return_y_m : low_y_m;
+    const double end_y_m = k == lanes - 1 ? return_y_m : low_y_m;
+    circuit.emplace_back(x_m, k % 2 == 0 ? start_y_m : high_y_m);
+    circuit.emplace_back(x_m, k % 2 == 0 ? high_y_m : end_y_m);
+  }
+  for (int lap = 0; lap < laps; ++lap) world.waypoints.insert(world.waypoints.end(), circuit.begin(), circuit.end());
+  world.waypoints.push_back(circuit.front());
+  return world;
+}
+
+double path_length_m(const World& world) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < world.waypoints.size(); ++i) length_m += (world.waypoints[i] - world.waypoints[i - 1]).norm();
+  return length_m;
+}
+
+}  // namespace ssjs
