@@ -1,12 +1,15 @@
 #include "ssjs/mapping/submap_builder.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 
+#include "ssjs/association/compatibility.hpp"
 #include "ssjs/association/nearest_neighbour.hpp"
 #include "ssjs/association/randomized_joint_compatibility.hpp"
+#include "ssjs/base/chi_squared.hpp"
 
 namespace ssjs {
 namespace {
@@ -16,12 +19,15 @@ constexpr double kPreselectionSigmas = 6.0;    // beyond the dead band's 5 sigma
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
+double normalized_squared(const Eigen::Vector2d& residual, const Eigen::Matrix2d& covariance) { return residual.dot(covariance.llt().solve(residual)); }
+
 }  // namespace
 
 SubmapBuilder::SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed)
     : config_(config), association_(association), rng_(Rng(seed).stream("scan association")), ekf_(kInitialCapacity) {
   ekf_.reset({});
   if (config_.condition_trajectory) ekf_.watch(&journal_);
+  if (association_.identity_gate_probability) identity_gate_ = chi_squared_quantile(*association_.identity_gate_probability, 2.0);
 }
 
 void SubmapBuilder::start(double time_s) {
@@ -132,19 +138,45 @@ SplitSituation SubmapBuilder::situation(double time_s, const Hypothesis& hypothe
   return now;
 }
 
-Hypothesis SubmapBuilder::associate_by_identity(const Features& scan) const {
+Hypothesis SubmapBuilder::associate_by_identity(const Features& scan) {
   Hypothesis hypothesis;
   hypothesis.nearest_squared_distance.resize(scan.size());
-  std::vector<bool> taken(tracked_.size(), false);
+  selected_.clear();
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    for (std::size_t j = 0; j < tracked_.size(); ++j) {
-      if (!scan[i].landmark_id || taken[j] || tracked_[j].landmark.source_id != scan[i].landmark_id) continue;
-      hypothesis.pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
-      taken[j] = true;
-      break;
+    if (!scan[i].landmark_id) continue;
+    const auto same = [&](const Tracked& tracked) { return tracked.landmark.source_id == scan[i].landmark_id; };
+    const auto found = std::find_if(tracked_.begin(), tracked_.end(), same);
+    if (found == tracked_.end()) continue;
+    const Eigen::Index landmark = found - tracked_.begin();
+    if (std::find(selected_.begin(), selected_.end(), landmark) != selected_.end()) {
+      hypothesis.nearest_squared_distance[i] = 0.0;  // the same identity twice in one scan: the second is neither paired nor new
+      continue;
     }
+    hypothesis.pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(selected_.size())});
+    selected_.push_back(landmark);
   }
+  if (!identity_gate_ || selected_.empty()) return hypothesis;
+  pose_problem(scan);
+  const auto misread = [&](const Pair& pair) {
+    const Eigen::Vector2d residual = pair_residual(problem_, pair.observation, pair.prediction);
+    const double distance = normalized_squared(residual, pair_covariance(problem_, pair, pair));
+    if (distance <= *identity_gate_) return false;
+    hypothesis.nearest_squared_distance[at(pair.observation)] = 0.0;  // not a new landmark either
+    return true;
+  };
+  hypothesis.pairs.erase(std::remove_if(hypothesis.pairs.begin(), hypothesis.pairs.end(), misread), hypothesis.pairs.end());
   return hypothesis;
+}
+
+void SubmapBuilder::pose_problem(const Features& scan) {
+  const auto m = static_cast<Eigen::Index>(scan.size());
+  problem_.observed.resize(2 * m);
+  problem_.observed_covariance.setZero(2 * m, 2 * m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    problem_.observed.segment<2>(2 * i) = scan[at(i)].range_bearing;
+    problem_.observed_covariance.block<2, 2>(2 * i, 2 * i) = scan[at(i)].covariance;
+  }
+  ekf_.predict_observations(selected_, problem_);
 }
 
 void SubmapBuilder::preselect(const Features& scan) {
@@ -165,20 +197,9 @@ void SubmapBuilder::preselect(const Features& scan) {
 }
 
 Hypothesis SubmapBuilder::associate(const Features& scan) {
-  if (association_.method == AssociationMethod::kKnown) {
-    selected_.resize(tracked_.size());
-    for (std::size_t i = 0; i < selected_.size(); ++i) selected_[i] = static_cast<Eigen::Index>(i);
-    return associate_by_identity(scan);
-  }
+  if (association_.method == AssociationMethod::kKnown) return associate_by_identity(scan);
   preselect(scan);
-  const auto m = static_cast<Eigen::Index>(scan.size());
-  problem_.observed.resize(2 * m);
-  problem_.observed_covariance.setZero(2 * m, 2 * m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    problem_.observed.segment<2>(2 * i) = scan[at(i)].range_bearing;
-    problem_.observed_covariance.block<2, 2>(2 * i, 2 * i) = scan[at(i)].covariance;
-  }
-  ekf_.predict_observations(selected_, problem_);
+  pose_problem(scan);
   const JointCompatibilityConfig joint{association_.gate_probability, association_.joint_gate_probability, association_.node_budget};
   switch (association_.method) {
     case AssociationMethod::kNearestNeighbour:

@@ -16,8 +16,8 @@ namespace ssjs {
 [[nodiscard]] Eigen::Matrix2d pair_covariance(const PairingProblem& problem, const Pair& ij, const Pair& kl);
 
 struct Compatibility {
-  Eigen::MatrixXd squared_distance;                    ///< m x n, individual Mahalanobis distance squared (A-2); infinity where left out
-  std::vector<std::vector<Eigen::Index>> candidates;   ///< per observation, the predictions inside the gate, nearest first
+  Eigen::MatrixXd squared_distance;                   ///< m x n, individual Mahalanobis distance squared (A-2); infinity where left out
+  std::vector<std::vector<Eigen::Index>> candidates;  ///< per observation, the predictions inside the gate, nearest first
 };
 
 /// gate = chi-squared quantile with 2 degrees of freedom. A pair is left out (infinite distance) when it is beyond the gate and not

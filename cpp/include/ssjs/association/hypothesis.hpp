@@ -39,12 +39,12 @@ struct Pair {
 }
 
 struct Hypothesis {
-  std::vector<Pair> pairs;                               ///< ascending observation
+  std::vector<Pair> pairs;  ///< ascending observation
   /// For every observation the smallest individual Mahalanobis distance squared to any prediction; empty when there is none.
   std::vector<std::optional<double>> nearest_squared_distance;
-  double joint_squared_distance = 0.0;                   ///< of all pairs together, 2 * pairs.size() degrees of freedom
-  int nodes_visited = 0;                                 ///< of the search tree; 0 where there is none
-  bool budget_exhausted = false;                         ///< the best hypothesis found within the budget was returned
+  double joint_squared_distance = 0.0;  ///< of all pairs together, 2 * pairs.size() degrees of freedom
+  int nodes_visited = 0;                ///< of the search tree; 0 where there is none
+  bool budget_exhausted = false;        ///< the best hypothesis found within the budget was returned
 };
 
 }  // namespace ssjs

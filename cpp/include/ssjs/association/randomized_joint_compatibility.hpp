@@ -9,9 +9,9 @@ namespace ssjs {
 
 struct RandomizedJointCompatibilityConfig {
   JointCompatibilityConfig joint;
-  int sample_size = 4;                 ///< b, observations of one random sample
-  double failure_probability = 0.01;   ///< of missing the answer, with the inlier fraction below
-  double inlier_fraction = 0.5;        ///< w: T = log(failure) / log(1 - w^b) samples
+  int sample_size = 4;                ///< b, observations of one random sample
+  double failure_probability = 0.01;  ///< of missing the answer, with the inlier fraction below
+  double inlier_fraction = 0.5;       ///< w: T = log(failure) / log(1 - w^b) samples
 };
 
 /// Random samples of b observations are paired by JCBB; the joint covariance is conditioned on those pairs (an update of

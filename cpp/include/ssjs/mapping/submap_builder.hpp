@@ -25,6 +25,7 @@ struct ScanAssociationConfig {
   double joint_gate_probability = 0.99;
   double new_landmark_squared_distance = 25.0;  ///< the dead band: nearer than this to any landmark is not new
   int node_budget = 600;
+  std::optional<double> identity_gate_probability;  ///< known identities: pairs outside are misread and dropped
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("method", method,
@@ -38,6 +39,8 @@ struct ScanAssociationConfig {
     v.field("new_landmark_squared_distance", new_landmark_squared_distance, Rule::not_negative(),
             "an unpaired observation becomes a landmark only when its squared Mahalanobis distance to every landmark exceeds this");
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one scan");
+    v.field("identity_gate_probability", identity_gate_probability, Rule::open(0, 1),
+            "with known identities, an observation outside this gate of its landmark is misread and dropped; without it all are believed");
   }
 };
 
@@ -100,7 +103,8 @@ class SubmapBuilder {
 
   void start(double time_s);
   [[nodiscard]] Hypothesis associate(const Features& scan);
-  [[nodiscard]] Hypothesis associate_by_identity(const Features& scan) const;
+  [[nodiscard]] Hypothesis associate_by_identity(const Features& scan);
+  void pose_problem(const Features& scan); ///< fills problem_ for scan against selected_
   void preselect(const Features& scan);
   void add(const Feature& feature);
   void update(const Features& scan, const std::vector<Pair>& pairs, ScanResult& result);
@@ -126,6 +130,7 @@ class SubmapBuilder {
   bool scan_due_ = true;
 
   std::vector<Eigen::Index> selected_;     ///< landmarks of the present scan's predictions
+  std::optional<double> identity_gate_;    ///< chi-squared, 2 degrees of freedom
   PairingProblem problem_;
 };
 
