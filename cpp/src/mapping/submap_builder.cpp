@@ -50,7 +50,10 @@ void SubmapBuilder::predict(double time_s, const MotionPrediction& motion) {
   time_s_ = time_s;
 }
 
-void SubmapBuilder::record_step(double time_s) { journal_.step(time_s, ekf_); }
+void SubmapBuilder::record_step(double time_s) {
+  if (!started_) start(time_s);
+  journal_.step(time_s, ekf_);
+}
 
 ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
   if (!started_) start(time_s);

@@ -1,12 +1,10 @@
-// The trajectory after the mission: every past pose follows its submap's borders.
-#include "ssjs/pipeline/slam_pipeline.hpp"
+#include "ssjs/pipeline/final_trajectory.hpp"
 
 namespace ssjs {
 
-std::vector<TrajectoryPoint> SlamPipeline::trajectory() const {
-  const WorldEstimate world = joiner_->estimate();
+std::vector<TrajectoryPoint> final_trajectory(const std::vector<Submap>& submaps, const WorldEstimate& world) {
   std::vector<TrajectoryPoint> trajectory;
-  for (const Submap& submap : submaps_) {
+  for (const Submap& submap : submaps) {
     const auto k = static_cast<std::size_t>(submap.index);
     const Se2& global_T_base = world.global_T_base[k];
     const RelativePose exit = relative_pose(global_T_base, world.global_T_base[k + 1]);

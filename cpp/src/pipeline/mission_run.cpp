@@ -74,7 +74,7 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
 
   if (n > 0) {
     const std::vector<TrajectoryPoint> trajectory = pipeline.trajectory();
-    for (Eigen::Index i = 0; i < n; ++i) put(result.pose, result.covariance, i, trajectory[static_cast<std::size_t>(i)].global_T_vehicle);
+    for (Eigen::Index i = 0; i < n; ++i) put(result.pose, result.covariance, i, trajectory.at(static_cast<std::size_t>(i)).global_T_vehicle);
     result.world = pipeline.world();
     result.submaps = pipeline.submaps();
     for (Submap& submap : result.submaps) submap.steps.clear();

@@ -1,10 +1,12 @@
 #include "ssjs/pipeline/slam_pipeline.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/pipeline/event_check.hpp"
+#include "ssjs/pipeline/motion.hpp"
+#include "ssjs/pipeline/scan_features.hpp"
 
 namespace ssjs {
 namespace {
@@ -34,14 +36,15 @@ SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
       joiner_(std::make_unique<SelectiveJoiner>(config.joining, config.association.method, config.submap.split.max_landmarks, seed)) {}
 
 StepReport SlamPipeline::feed(const Event& event) {
-  check(event);
+  if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
+  check_event(event, time_s_, config_.vehicle.kind);
   const auto begin = Clock::now();
   StepReport report;
   advance(event.time_s);
   if (const auto* scan = std::get_if<LaserScan>(&event.record)) {
-    observe(detect(*scan), report);
+    observe(detect_features(*scan, config_.trees, config_.sensor), report);
   } else if (const auto* features = std::get_if<Features>(&event.record)) {
-    observe(usable(*features), report);
+    observe(usable_features(*features, config_.sensor), report);
   } else {
     move(event);
   }
@@ -51,6 +54,24 @@ StepReport SlamPipeline::feed(const Event& event) {
   report.global_T_vehicle = global_T_vehicle();
   report.local_time_s = seconds_since(begin) - report.global_time_s - report.association_time_s;
   return report;
+}
+
+/// Holds the last velocity command until time_s.
+void SlamPipeline::advance(double time_s) {
+  const double dt_s = time_s_ ? time_s - *time_s_ : 0.0;
+  time_s_ = time_s;
+  if (!(dt_s > 0.0) || !command_) return;
+  builder_.predict(time_s, hold_command(builder_.base_T_vehicle().mean, *command_, dt_s, config_.vehicle));
+  dead_reckoning_ = hold_command(dead_reckoning_, *command_, dt_s, config_.vehicle).submap_T_vehicle;
+}
+
+void SlamPipeline::move(const Event& odometry) {
+  if (const auto* increment = std::get_if<OdometryIncrement>(&odometry.record)) {
+    builder_.predict(odometry.time_s, predict_increment(builder_.base_T_vehicle().mean, *increment));
+    dead_reckoning_ = predict_increment(dead_reckoning_, *increment).submap_T_vehicle;
+  } else {
+    command_ = odometry;
+  }
 }
 
 /// Algorithm 4: predict, associate, update, add features; Algorithm 3: a finished submap goes to the global level.

@@ -9,6 +9,7 @@
 #include "ssjs/features/event.hpp"
 #include "ssjs/joining/map_joiner.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
+#include "ssjs/pipeline/final_trajectory.hpp"
 #include "ssjs/pipeline/slam_config.hpp"
 
 namespace ssjs {
@@ -25,11 +26,6 @@ struct StepReport {
   double association_time_s = 0.0;
 };
 
-struct TrajectoryPoint {
-  double time_s = 0.0;
-  GaussianSe2 global_T_vehicle;
-};
-
 class SlamPipeline {
  public:
   /// Throws InvalidArgument listing every violation of the configuration.
@@ -44,17 +40,14 @@ class SlamPipeline {
   /// Closes the last submap and lets the joining layer settle. No event may follow. Returns what that closing did.
   JoinReport finish();
 
-  /// The final trajectory, one point an event: every past pose follows the last estimate of its submap's borders (C-5). After finish().
-  [[nodiscard]] std::vector<TrajectoryPoint> trajectory() const;
+  /// The final trajectory, one point an event; after finish().
+  [[nodiscard]] std::vector<TrajectoryPoint> trajectory() const { return final_trajectory(submaps_, world()); }
   [[nodiscard]] const std::vector<Submap>& submaps() const { return submaps_; }
   [[nodiscard]] WorldEstimate world() const { return joiner_->estimate(); }
 
  private:
-  void check(const Event& event) const;
   void advance(double time_s);
-  void move(const Event& motion);
-  [[nodiscard]] Features usable(Features scan) const;
-  [[nodiscard]] Features detect(const LaserScan& scan) const;
+  void move(const Event& odometry);
   void observe(const Features& scan, StepReport& report);
   JoinReport join(Submap submap);
 
@@ -65,7 +58,7 @@ class SlamPipeline {
   GaussianSe2 global_T_base_;
   Se2 dead_reckoning_;
   std::optional<double> time_s_;
-  std::optional<Event> control_;   ///< held velocity command
+  std::optional<Event> command_;   ///< held velocity command
   bool finished_ = false;
 };
 

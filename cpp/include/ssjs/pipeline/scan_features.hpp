@@ -1,0 +1,16 @@
+/// From what a sensor delivers to the features that association may use.
+#pragma once
+
+#include "ssjs/features/feature.hpp"
+#include "ssjs/features/tree_detector.hpp"
+#include "ssjs/sensors/range_bearing.hpp"
+
+namespace ssjs {
+
+/// Those within the configured ranges, their bearings corrected by the mounting yaw.
+[[nodiscard]] Features usable_features(const Features& scan, const RangeBearingConfig& sensor);
+
+/// Trunks of a laser scan as usable features with the configured noise.
+[[nodiscard]] Features detect_features(const LaserScan& scan, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor);
+
+}  // namespace ssjs

@@ -1,0 +1,12 @@
+#include "ssjs/pipeline/motion.hpp"
+
+namespace ssjs {
+
+MotionPrediction hold_command(const Se2& frame_T_vehicle, const Event& command, double dt_s, const VehicleConfig& config) {
+  if (const auto* control = std::get_if<AckermanControl>(&command.record)) {
+    return predict_ackerman(frame_T_vehicle, *control, dt_s, config.ackerman);
+  }
+  return predict_unicycle(frame_T_vehicle, std::get<VelocityControl>(command.record), dt_s, config.unicycle);
+}
+
+}  // namespace ssjs

@@ -1,0 +1,27 @@
+#include "ssjs/pipeline/scan_features.hpp"
+
+#include "ssjs/base/angle.hpp"
+
+namespace ssjs {
+
+Features usable_features(const Features& scan, const RangeBearingConfig& sensor) {
+  Features kept;
+  kept.reserve(scan.size());
+  for (const Feature& feature : scan) {
+    if (feature.range() < sensor.min_range_m || feature.range() > sensor.max_range_m) continue;
+    kept.push_back(feature);
+    kept.back().range_bearing.y() = wrap_angle(feature.bearing() + sensor.bearing_offset_rad);
+  }
+  return kept;
+}
+
+Features detect_features(const LaserScan& scan, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor) {
+  const Eigen::Vector2d variance(sensor.range_sigma_m * sensor.range_sigma_m, sensor.bearing_sigma_rad * sensor.bearing_sigma_rad);
+  Features trunks;
+  for (const Trunk& trunk : detect_trunks(scan, trees)) {
+    trunks.push_back({{trunk.range_m, trunk.bearing_rad}, variance.asDiagonal(), std::nullopt});
+  }
+  return usable_features(trunks, sensor);
+}
+
+}  // namespace ssjs
