@@ -57,6 +57,8 @@ py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
   config["sensor.range_sigma_m"] = scenario.config.range_sigma_m;
   config["sensor.bearing_sigma_rad"] = scenario.config.bearing_sigma_rad;
 
+  config["joining.max_pairing_sigma_m"] = 0.8;  // a regular grid of 5 m aliases by one cell: 0.16 of the spacing
+
   py::dict dict;
   dict["control_time_s"] = array_of(control_time_s);
   dict["speed_m_s"] = array_of(speed_m_s);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "ssjs/base/error.hpp"
@@ -15,7 +16,7 @@ constexpr Eigen::Index kVehicle = StateLayout::kVehicle;
 
 }  // namespace
 
-Ekf::Ekf(Eigen::Index landmark_capacity) {
+Ekf::Ekf(Eigen::Index landmark_capacity, ErrorForm error_form) : error_form_(error_form) {
   observations_.reserve(static_cast<std::size_t>(kInitialObservations));
   S_.resize(2 * kInitialObservations, 2 * kInitialObservations);
   innovation_.resize(2 * kInitialObservations);
@@ -33,6 +34,9 @@ void Ekf::reserve(Eigen::Index landmarks) {
   P_.rightCols(n - old).setZero();
   PHt_.resize(n, S_.cols());
   landmark_columns_.resize(n, 2);
+  step_.resize(n);
+  transport_.setZero(n);
+  heading_column_.resize(n);
   downdate_.reserve(n, S_.cols());
 }
 
@@ -92,7 +96,7 @@ void Ekf::remove_landmark(Eigen::Index landmark) {
     const Eigen::Index n = StateLayout::size(landmarks_);
     const Eigen::Index to = StateLayout::offset(landmark);
     const Eigen::Index from = StateLayout::offset(last);
-    read_landmark_columns(last, n, landmark_columns_.topRows(n));
+    read_landmark_columns(last, n, landmark_columns_.topRows(n));  // (F-6): the rows that stay, the last ones moved
     const Eigen::Matrix2d own = landmark_columns_.block<2, 2>(from, 0);
     mean_.segment<2>(to) = mean_.segment<2>(from);
     P_.block(to, 0, 2, to) = landmark_columns_.topRows(to).transpose();
@@ -207,16 +211,66 @@ UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
     for (Eigen::Index i = 0; i < j; ++i) PHt.col(j) -= S(j, i) * PHt.col(i);
     PHt.col(j) /= S(j, j);
     innovation_(j) = (innovation_(j) - S.row(j).head(j).dot(innovation_.head(j))) / S(j, j);
+    if (!std::isfinite(innovation_(j))) {
+      const LinearObservation& z = observations[static_cast<std::size_t>(j / 2)];
+      throw InvalidArgument("residual of landmark " + std::to_string(z.landmark) + " of the map", z.residual(j % 2), "must be finite");
+    }
     result.nis += innovation_(j) * innovation_(j);
   }
-  for (Eigen::Index j = 0; j < k; ++j) {  // (F-4): x += Y L^-1 nu
-    const Eigen::Vector3d step = innovation_(j) * PHt.col(j).head<kVehicle>();
-    vehicle_ = additive_step(vehicle_, step);
-    mean_.segment(kVehicle, m) += innovation_(j) * PHt.col(j).tail(m);
+  auto step = step_.head(n);
+  step.setZero();
+  for (Eigen::Index j = 0; j < k; ++j) step += innovation_(j) * PHt.col(j);  // (F-4): Y L^-1 nu
+  downdate_(PHt, P_);                                                        // (F-4): P -= Y Y'
+  if (error_form_ == ErrorForm::kInvariant) {
+    move_invariantly(step);
+  } else {
+    move_additively(step);
   }
-  downdate_(PHt, P_);  // (F-4): P -= Y Y'
-  if (watcher_ != nullptr) watcher_->on_update(observations, PHt, S);
+  if (watcher_ != nullptr) watcher_->on_update(observations, PHt, S, transport_.head(n));
   return result;
+}
+
+void Ekf::move_additively(const Eigen::Ref<const Eigen::VectorXd>& step) {
+  const Eigen::Vector3d vehicle_step = step.head<kVehicle>();
+  vehicle_ = additive_step(vehicle_, vehicle_step);
+  mean_.segment(kVehicle, step.size() - kVehicle) += step.tail(step.size() - kVehicle);
+}
+
+void Ekf::move_invariantly(const Eigen::Ref<const Eigen::VectorXd>& step) {
+  const Eigen::Index n = step.size();
+  const double turn = step(2);
+  const Se2 unit = se2_exp({1.0, 0.0, turn});
+  const Eigen::Matrix2d R = unit.rotation();
+  Eigen::Matrix2d V;
+  V << unit.x, -unit.y, unit.y, unit.x;
+  // (F-8): with xi_p = d_p - turn x p, every point p goes to Exp(turn, xi_p) p = R p + V xi_p
+  const auto moved = [&](const Eigen::Vector2d& p, const Eigen::Vector2d& d) -> Eigen::Vector2d {
+    return R * p + V * Eigen::Vector2d(d.x() + turn * p.y(), d.y() - turn * p.x());
+  };
+  auto t = transport_.head(n);
+  const auto transport = [&](Eigen::Index at, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    t.segment<2>(at) << -(to.y() - from.y()), to.x() - from.x();
+  };
+  const Eigen::Vector2d vehicle_from = vehicle_.translation();
+  const Eigen::Vector2d vehicle_to = moved(vehicle_from, step.head<2>());
+  transport(0, vehicle_from, vehicle_to);
+  t(2) = 0.0;
+  vehicle_ = {vehicle_to.x(), vehicle_to.y(), wrap_angle(vehicle_.heading + turn)};
+  for (Eigen::Index at = kVehicle; at < n; at += 2) {
+    const Eigen::Vector2d from = mean_.segment<2>(at);
+    const Eigen::Vector2d to = moved(from, step.segment<2>(at));
+    transport(at, from, to);
+    mean_.segment<2>(at) = to;
+  }
+  // P <- (I + t h') P (I + h t') = P + t w' + w t' with w = P h + (h' P h / 2) t, lower triangle
+  auto w = heading_column_.head(n);
+  w(0) = P_(2, 0);
+  w(1) = P_(2, 1);
+  w.tail(n - 2) = P_.col(2).segment(2, n - 2);
+  w += 0.5 * P_(2, 2) * t;
+  for (Eigen::Index c = 0; c < n; ++c) {
+    P_.col(c).segment(c, n - c) += w(c) * t.tail(n - c) + t(c) * w.tail(n - c);
+  }
 }
 
 Eigen::Matrix3d Ekf::vehicle_covariance() const { return P_.topLeftCorner<kVehicle, kVehicle>().selfadjointView<Eigen::Lower>(); }

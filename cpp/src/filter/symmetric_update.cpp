@@ -47,7 +47,7 @@ void SymmetricDowndate::operator()(const Eigen::Ref<const Eigen::MatrixXd>& Y, E
         product.col(2) += a * other[2];
         product.col(3) += a * other[3];
       }
-      P.block<kTile, kTile>(i * kTile, j * kTile) -= product;
+      P.block<kTile, kTile>(i * kTile, j * kTile) -= product;  // (F-7)
     }
   }
 }

@@ -162,10 +162,25 @@ void GlobalMap::refresh() const {
   stale_ = false;
 }
 
+Eigen::Matrix<double, 6, 6> GlobalMap::covariance_bound(int base, int newest) const {
+  if (!sparse_) return covariance({base, newest});
+  refresh();
+  auto marginal = known_marginal_.find(base);
+  if (marginal == known_marginal_.end()) marginal = known_marginal_.emplace(base, sparse_solver_.cross_covariance(base, base)).first;
+  const Eigen::Matrix3d cross = sparse_solver_.cross_covariance(base, newest);
+  Eigen::Matrix<double, 6, 6> joint;
+  joint << marginal->second, cross, cross.transpose(), sparse_solver_.cross_covariance(newest, newest);
+  return joint;
+}
+
 Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
   if (sparse_) {
     refresh();
-    return sparse_solver_.covariance(bases);
+    Eigen::MatrixXd joint = sparse_solver_.covariance(bases);
+    for (std::size_t i = 0; i < bases.size(); ++i) {
+      known_marginal_[bases[i]] = joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * i));
+    }
+    return joint;
   }
   const auto size = static_cast<Eigen::Index>(3 * bases.size());
   Eigen::MatrixXd joint(size, size);

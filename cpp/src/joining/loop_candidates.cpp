@@ -50,12 +50,17 @@ std::vector<Eigen::Index> columns_in(std::vector<int>& all, const std::vector<in
 }  // namespace
 
 RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global) {
+  return relative_placement(a, b, global, global.covariance({a.base, b.base}));
+}
+
+RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
+                                     const Eigen::Matrix<double, 6, 6>& P_bases) {
   const RelativePose tau = relative_pose(global.pose(a.base), global.pose(b.base));
   const Eigen::Vector2d a_p_centroid = tau.i_T_j * b.centroid;
   Eigen::Matrix<double, 2, 6> J;  // d(a_p_centroid)/d(bases a, b)
   const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, b.centroid);
   J << J_tau * tau.J_i, J_tau * tau.J_j;
-  const Eigen::Matrix2d covariance = J * global.covariance({a.base, b.base}) * J.transpose();
+  const Eigen::Matrix2d covariance = J * P_bases * J.transpose();
   return {(a_p_centroid - a.centroid).norm() - a.radius - b.radius, largest_sigma(covariance)};
 }
 

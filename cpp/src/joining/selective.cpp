@@ -104,7 +104,7 @@ std::vector<int> SelectiveJoiner::nearby_maps(const LiveMap& fresh, int submap) 
     const double gap = (global_.pose(base) * map.centroid - centre).norm() - map.radius - fresh.radius;
     // Beyond the ambiguity gate a pairing would be refused anyway: far maps are dismissed without asking for a covariance.
     if (ambiguity_gate() && gap > kReachSigmas * *ambiguity_gate()) continue;
-    const RelativePlacement placement = relative_placement(map, fresh, global_);
+    const RelativePlacement placement = relative_placement(map, fresh, global_, global_.covariance_bound(base, fresh.base));
     if (placement.gap_m <= kReachSigmas * placement.sigma_m) nearby.emplace_back(placement.gap_m, base);  // (J-6)
   }
   std::sort(nearby.begin(), nearby.end());

@@ -152,7 +152,20 @@ struct SparsePoseSolver::Implementation {
     return cost;
   }
 
+  /// The covariance's columns of one base, solved for once per factor.
+  const Eigen::MatrixXd& columns_of(int base) {
+    auto found = columns.find(base);
+    if (found == columns.end()) {
+      Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * unknowns.size()), 3);
+      unit.middleRows<3>(3 * slot.at(base)).setIdentity();
+      found = columns.emplace(base, solve(unit)).first;
+    }
+    return found->second;
+  }
+  std::map<int, Eigen::MatrixXd> columns;
+
   void decompose() {
+    columns.clear();
     cholmod_factorize(hessian, factor, &common);
     if (common.status != CHOLMOD_OK) {
       const std::size_t column = factor->minor < 3 * unknowns.size() ? factor->minor : 0;
@@ -217,23 +230,18 @@ double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std:
   return cost;
 }
 
-Eigen::MatrixXd SparsePoseSolver::covariance(const std::vector<int>& bases) const {
+Eigen::Matrix3d SparsePoseSolver::cross_covariance(int row_base, int column_base) const {
+  if (row_base == 0 || column_base == 0) return Eigen::Matrix3d::Zero();
   Implementation& self = *implementation_;
+  return self.columns_of(column_base).middleRows<3>(3 * self.slot.at(row_base));
+}
+
+Eigen::MatrixXd SparsePoseSolver::covariance(const std::vector<int>& bases) const {
   const auto size = static_cast<Eigen::Index>(3 * bases.size());
-  Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(size, size);
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> rows;  // (row in the answer, row in the system) of each unknown base
-  for (std::size_t i = 0; i < bases.size(); ++i) {
-    if (bases[i] != 0) rows.emplace_back(static_cast<Eigen::Index>(3 * i), 3 * self.slot.at(bases[i]));
-  }
-  if (rows.empty()) return joint;
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * self.unknowns.size()), static_cast<Eigen::Index>(3 * rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    unit.block<3, 3>(rows[i].second, static_cast<Eigen::Index>(3 * i)).setIdentity();
-  }
-  const Eigen::MatrixXd columns = self.solve(unit);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < rows.size(); ++j) {
-      joint.block<3, 3>(rows[i].first, rows[j].first) = columns.block<3, 3>(rows[i].second, static_cast<Eigen::Index>(3 * j));
+  Eigen::MatrixXd joint(size, size);
+  for (std::size_t j = 0; j < bases.size(); ++j) {
+    for (std::size_t i = 0; i < bases.size(); ++i) {
+      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = cross_covariance(bases[i], bases[j]);
     }
   }
   return 0.5 * (joint + joint.transpose());

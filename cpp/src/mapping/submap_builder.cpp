@@ -24,7 +24,7 @@ double normalized_squared(const Eigen::Vector2d& residual, const Eigen::Matrix2d
 }  // namespace
 
 SubmapBuilder::SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed)
-    : config_(config), association_(association), rng_(Rng(seed).stream("scan association")), ekf_(kInitialCapacity) {
+    : config_(config), association_(association), rng_(Rng(seed).stream("scan association")), ekf_(kInitialCapacity, config.invariant_filter ? ErrorForm::kInvariant : ErrorForm::kAdditive) {
   ekf_.reset({});
   if (config_.condition_trajectory) ekf_.watch(&journal_);
   if (association_.identity_gate_probability) identity_gate_ = chi_squared_quantile(*association_.identity_gate_probability, 2.0);
@@ -57,6 +57,7 @@ void SubmapBuilder::record_step(double time_s) {
 
 ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
   if (!started_) start(time_s);
+  time_s_ = time_s;
   ScanResult result;
   const bool moved_enough = moved_m_ >= config_.min_motion_m || (config_.min_rotation_rad > 0.0 && turned_rad_ >= config_.min_rotation_rad);
   if (!scan_due_ && !moved_enough) return result;
@@ -68,7 +69,6 @@ ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
   const Hypothesis hypothesis = associate(scan);
   result.association_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.budget_exhausted = hypothesis.budget_exhausted;
-  result.paired = static_cast<int>(hypothesis.pairs.size());
 
   std::vector<bool> is_paired(scan.size(), false);
   for (const Pair& pair : hypothesis.pairs) {
@@ -83,13 +83,12 @@ ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
     const auto& nearest = hypothesis.nearest_squared_distance[i];
     if (!nearest || *nearest > association_.new_landmark_squared_distance) {
       fresh.push_back(static_cast<Eigen::Index>(i));
-    } else {
-      ++result.dropped;
     }
   }
 
   if (const auto reason = reason_to_close(situation(time_s, hypothesis, static_cast<int>(fresh.size())), config_.split)) {
-    // (C-2): matched observations alternate by bearing between the two submaps; the new one takes everything unpaired.
+    // (C-2): matched observations alternate by bearing between the two submaps; the new one takes everything unpaired, as its dead band
+    // is empty, but for misread identities.
     std::vector<Pair> by_bearing = hypothesis.pairs;
     std::sort(by_bearing.begin(), by_bearing.end(), [&](const Pair& a, const Pair& b) {
       return scan[at(a.observation)].bearing() < scan[at(b.observation)].bearing();
@@ -105,22 +104,21 @@ ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
       }
     }
     for (std::size_t i = 0; i < scan.size(); ++i) {
-      if (!is_paired[i]) for_new.push_back(scan[i]);
+      const bool misread = association_.method == AssociationMethod::kKnown && hypothesis.nearest_squared_distance[i].has_value();
+      if (!is_paired[i] && !misread) for_new.push_back(scan[i]);
     }
     update(scan, for_old, result);
     result.closed = finish(*reason);
     start(time_s);
     scans_ = 1;
-    for (const Feature& feature : for_new) add(feature);
-    result.added = static_cast<int>(for_new.size());
+    for (const Feature& feature : for_new) result.added += add(feature) ? 1 : 0;
+    result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
     return result;
   }
 
   update(scan, hypothesis.pairs, result);
-  for (const Eigen::Index i : fresh) {
-    add(scan[at(i)]);
-    ++result.added;
-  }
+  for (const Eigen::Index i : fresh) result.added += add(scan[at(i)]) ? 1 : 0;
+  result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
   prune();
   return result;
 }
@@ -147,16 +145,16 @@ Hypothesis SubmapBuilder::associate_by_identity(const Features& scan) {
   selected_.clear();
   for (std::size_t i = 0; i < scan.size(); ++i) {
     if (!scan[i].landmark_id) continue;
-    const auto same = [&](const Tracked& tracked) { return tracked.landmark.source_id == scan[i].landmark_id; };
-    const auto found = std::find_if(tracked_.begin(), tracked_.end(), same);
-    if (found == tracked_.end()) continue;
-    const Eigen::Index landmark = found - tracked_.begin();
-    if (std::find(selected_.begin(), selected_.end(), landmark) != selected_.end()) {
+    const auto here = scan.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::any_of(scan.begin(), here, [&](const Feature& earlier) { return earlier.landmark_id == scan[i].landmark_id; })) {
       hypothesis.nearest_squared_distance[i] = 0.0;  // the same identity twice in one scan: the second is neither paired nor new
       continue;
     }
+    const auto same = [&](const Tracked& tracked) { return tracked.landmark.source_id == scan[i].landmark_id; };
+    const auto found = std::find_if(tracked_.begin(), tracked_.end(), same);
+    if (found == tracked_.end()) continue;
     hypothesis.pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(selected_.size())});
-    selected_.push_back(landmark);
+    selected_.push_back(found - tracked_.begin());
   }
   if (!identity_gate_ || selected_.empty()) return hypothesis;
   pose_problem(scan);
@@ -218,15 +216,17 @@ Hypothesis SubmapBuilder::associate(const Features& scan) {
 }
 
 void SubmapBuilder::update(const Features& scan, const std::vector<Pair>& pairs, ScanResult& result) {
+  result.paired = static_cast<int>(pairs.size());
   if (pairs.empty()) return;
   result.update = ekf_.update(scan, pairs, selected_);
   for (const Pair& pair : pairs) ++tracked_[at(selected_[at(pair.prediction)])].landmark.times_seen;
 }
 
-void SubmapBuilder::add(const Feature& feature) {
-  if (std::count_if(tracked_.begin(), tracked_.end(), [&](const Tracked& t) { return !confirmed(t); }) >= config_.max_tentative) return;
+bool SubmapBuilder::add(const Feature& feature) {
+  if (std::count_if(tracked_.begin(), tracked_.end(), [&](const Tracked& t) { return !confirmed(t); }) >= config_.max_tentative) return false;
   ekf_.add_landmark(feature);
   tracked_.push_back({{1, feature.landmark_id}, scans_});
+  return true;
 }
 
 void SubmapBuilder::remove(Eigen::Index landmark) {

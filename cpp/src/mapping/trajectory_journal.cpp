@@ -33,7 +33,7 @@ void TrajectoryJournal::store(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
 void TrajectoryJournal::on_predict(const Eigen::Matrix3d& F) { transition_ = F * transition_; }
 
 void TrajectoryJournal::on_update(const std::vector<LinearObservation>& observations, const Eigen::Ref<const Eigen::MatrixXd>& Y,
-                                  const Eigen::Ref<const Eigen::MatrixXd>& L) {
+                                  const Eigen::Ref<const Eigen::MatrixXd>& L, const Eigen::Ref<const Eigen::VectorXd>& t) {
   Entry entry;
   entry.kind = Kind::kUpdate;
   entry.data = numbers_.size();
@@ -42,6 +42,7 @@ void TrajectoryJournal::on_update(const std::vector<LinearObservation>& observat
   entry.observation = observations_.size();
   store(Y);
   store(L);
+  store(t);
   observations_.insert(observations_.end(), observations.begin(), observations.end());
   push(entry);
   snapshot_due_ = true;
@@ -87,7 +88,7 @@ std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit)
   const Eigen::LLT<Eigen::Matrix3d> exit(base_T_exit.covariance + kExitVariance * Eigen::Matrix3d::Identity());
 
   // Lambda_t with Cov(e_t, e_exit) = P_t Lambda_t, from the exit backwards (C-3). Its vehicle rows and its landmark rows apart.
-  Eigen::Matrix3d vehicle = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d vehicle = transition_.transpose();  // the motion after the last entry
   Eigen::MatrixXd landmarks = Eigen::MatrixXd::Zero(0, 3);
   Eigen::Index used = 0;  // rows of `landmarks`
   const auto resize = [&](Eigen::Index rows) {
@@ -133,9 +134,11 @@ std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit)
         at.conditional_covariance = 0.5 * (conditional + conditional.transpose());
         break;
       }
-      case Kind::kUpdate: {  // Lambda <- (I - K H)' Lambda
+      case Kind::kUpdate: {  // Lambda <- (I - K H)' (I + h t') Lambda
         const ConstMap Y(numbers_.data() + entry.data, entry.rows, entry.columns);
         const ConstMap L(Y.data() + Y.size(), entry.columns, entry.columns);
+        const ConstMap t(L.data() + L.size(), entry.rows, 1);
+        vehicle.row(2) += (t.topRows<3>().transpose() * vehicle + t.bottomRows(entry.rows - 3).transpose() * landmarks.topRows(entry.rows - 3)).eval();
         Eigen::MatrixXd KtLambda = Y.topRows<3>().transpose() * vehicle;
         KtLambda.noalias() += Y.bottomRows(entry.rows - 3).transpose() * landmarks.topRows(entry.rows - 3);
         L.triangularView<Eigen::Lower>().transpose().solveInPlace(KtLambda);

@@ -21,9 +21,10 @@ const SlamConfig& valid(const SlamConfig& config) {
 
 SubmapBuilderConfig builder_config(const SlamConfig& config) {
   SubmapBuilderConfig submap = config.submap;
-  if (config.method == Method::kEkf) {  // one endless map, whose answer is what it filtered at the time
+  if (config.method == Method::kEkf) {  // the textbook filter: one endless map, whose answer is what it filtered at the time
     submap.split = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
     submap.condition_trajectory = false;
+    submap.invariant_filter = false;
   }
   return submap;
 }

@@ -28,12 +28,16 @@ struct UpdateResult {
   int dof = 0;
 };
 
+/// Which error a correction is linear in. kAdditive is the textbook EKF-SLAM; kInvariant measures it in right-invariant coordinates,
+/// in which the linearisation does not depend on the estimate, so that the filter never gains heading out of nothing (F-8).
+enum class ErrorForm { kAdditive, kInvariant };
+
 /// Prediction costs O(1) a step: the vehicle-landmark covariance takes the accumulated transition only when it is read.
 /// An update of k components costs O(n^2 k) on the lower triangle. Nothing allocates once the capacity is reached; a state
 /// that outgrows its capacity doubles it.
 class Ekf {
  public:
-  explicit Ekf(Eigen::Index landmark_capacity);
+  explicit Ekf(Eigen::Index landmark_capacity, ErrorForm error_form = ErrorForm::kAdditive);
 
   /// Told of every later operation; not owned, must outlive its use here. nullptr stops it.
   void watch(FilterWatcher* watcher) { watcher_ = watcher; }
@@ -69,10 +73,13 @@ class Ekf {
 
  private:
   void reserve(Eigen::Index landmarks);
+  void move_additively(const Eigen::Ref<const Eigen::VectorXd>& step);
+  void move_invariantly(const Eigen::Ref<const Eigen::VectorXd>& step);
   void settle();  ///< applies the pending transition to the vehicle-landmark covariance
   /// P(:, landmark) as n x 2, read from the lower triangle.
   void read_landmark_columns(Eigen::Index landmark, Eigen::Index n, Eigen::Ref<Eigen::MatrixXd> columns) const;
 
+  ErrorForm error_form_;
   Eigen::Index landmarks_ = 0;
   Eigen::Index capacity_ = 0;  ///< landmarks
   Se2 vehicle_;
@@ -86,6 +93,9 @@ class Ekf {
   Eigen::MatrixXd S_;
   Eigen::VectorXd innovation_;
   Eigen::MatrixXd landmark_columns_;
+  Eigen::VectorXd step_;
+  Eigen::VectorXd transport_;     ///< (F-8): how far every coordinate follows a turn of the heading
+  Eigen::VectorXd heading_column_;
   std::vector<LinearObservation> observations_;
   SymmetricDowndate downdate_;
   FilterWatcher* watcher_ = nullptr;

@@ -41,6 +41,9 @@ class GlobalMap {
 
   [[nodiscard]] const Se2& pose(int base) const { return poses_[static_cast<std::size_t>(base)]; }
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& bases) const;
+  /// Joint covariance of (base, newest), never smaller than the truth of covariance({base, newest}) but for relinearisation: where that
+  /// costs a solve, the marginal of `base` is the last one known, and information only grows. For dismissing far maps cheaply.
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance_bound(int base, int newest) const;
   [[nodiscard]] const std::vector<int>& bases() const { return live_; }
   [[nodiscard]] bool is_sparse() const { return sparse_; }
 
@@ -60,6 +63,7 @@ class GlobalMap {
   std::map<int, PortFactor> factors_;      ///< by the base of the map
   mutable SparsePoseSolver sparse_solver_;
   mutable bool stale_ = true;
+  mutable std::map<int, Eigen::Matrix3d> known_marginal_;  ///< sparse: last solved
 };
 
 }  // namespace ssjs

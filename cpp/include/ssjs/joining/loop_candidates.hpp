@@ -18,6 +18,9 @@ struct RelativePlacement {
   double sigma_m = 0.0;  ///< largest standard deviation of the displacement of b's centroid in a's frame
 };
 [[nodiscard]] RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global);
+/// The same with a joint covariance of the bases (a, b) given.
+[[nodiscard]] RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
+                                                   const Eigen::Matrix<double, 6, 6>& P_bases);
 
 /// Landmarks of both maps that can meet, in a's frame: `problem.predicted` those of a, `problem.observed` those of b, with the
 /// joint covariance that includes everything the bases have in common (J-7).

@@ -20,7 +20,7 @@ struct SelectiveJoinerConfig {
   int min_pairs = 3;
   int min_gap = 1;
   int max_fused_landmarks = 60;
-  std::optional<double> max_pairing_sigma_m;
+  std::optional<double> max_pairing_sigma_m = 1.5;
   double gate_probability = 0.99;
   double joint_gate_probability = 0.95;
   double fusion_probability = 0.99;

@@ -40,6 +40,9 @@ class SparsePoseSolver {
   /// Factorises at `poses` without moving them.
   void factorize(const std::map<int, PortFactor>& factors, const std::vector<Se2>& poses);
 
+  /// Cov(row_base, column_base), zero for base 0. The columns of a base are solved for once and kept until the factor changes.
+  [[nodiscard]] Eigen::Matrix3d cross_covariance(int row_base, int column_base) const;
+
   /// Joint covariance of the listed bases (additive coordinates, 3 each, base 0 exactly known), by solves with the factor.
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& bases) const;
 

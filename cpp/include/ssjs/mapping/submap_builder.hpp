@@ -47,6 +47,7 @@ struct ScanAssociationConfig {
 struct SubmapBuilderConfig {
   SplitPolicyConfig split;
   bool split_boundary_scan = true;
+  bool invariant_filter = true;             ///< the EKF's error form; false is the textbook filter
   int min_sightings = 1;                    ///< a landmark seen less often is tentative
   std::optional<int> prune_after_scans;     ///< tentative landmarks are dropped after so many scans
   double min_motion_m = 0.0;                ///< scans are skipped until the vehicle moved so far ...
@@ -57,6 +58,7 @@ struct SubmapBuilderConfig {
   void visit(Visitor& v) {
     split.visit(v);
     v.field("split_boundary_scan", split_boundary_scan, "share the closing scan between the two submaps, each observation used once");
+    v.field("invariant_filter", invariant_filter, "corrections in right-invariant coordinates: more consistent headings than the textbook EKF");
     v.field("min_sightings", min_sightings, Rule::at_least(1), "landmarks seen less often are tentative: not counted, dropped at closing");
     v.field("prune_after_scans", prune_after_scans, Rule::at_least(1), "tentative landmarks are dropped after so many scans");
     v.field("min_motion_m", min_motion_m, Rule::not_negative(), "scans are skipped until the vehicle has moved so far since the last used one");
@@ -68,7 +70,7 @@ struct SubmapBuilderConfig {
 
 struct ScanResult {
   std::optional<UpdateResult> update;   ///< absent when nothing was paired or the scan was skipped
-  int paired = 0, added = 0, dropped = 0;
+  int paired = 0, added = 0, dropped = 0;  ///< each observation of a used scan is in one of them
   int wrong_pairs = 0;                  ///< pairs whose source identities differ, where both are known
   bool budget_exhausted = false;
   double association_time_s = 0.0;
@@ -106,7 +108,7 @@ class SubmapBuilder {
   [[nodiscard]] Hypothesis associate_by_identity(const Features& scan);
   void pose_problem(const Features& scan); ///< fills problem_ for scan against selected_
   void preselect(const Features& scan);
-  void add(const Feature& feature);
+  bool add(const Feature& feature);  ///< false when there are too many tentative landmarks
   void update(const Features& scan, const std::vector<Pair>& pairs, ScanResult& result);
   void prune();
   void remove(Eigen::Index landmark);

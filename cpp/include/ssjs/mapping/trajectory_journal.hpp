@@ -19,7 +19,7 @@ class TrajectoryJournal final : public FilterWatcher {
 
   void on_predict(const Eigen::Matrix3d& F) override;
   void on_update(const std::vector<LinearObservation>& observations, const Eigen::Ref<const Eigen::MatrixXd>& Y,
-                 const Eigen::Ref<const Eigen::MatrixXd>& L) override;
+                 const Eigen::Ref<const Eigen::MatrixXd>& L, const Eigen::Ref<const Eigen::VectorXd>& t) override;
   void on_add(const Eigen::Matrix<double, 2, 3>& J_vehicle) override;
   void on_remove(Eigen::Index landmark, Eigen::Index last) override;
 

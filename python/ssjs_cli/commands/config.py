@@ -1,0 +1,86 @@
+"""ssjs-cli config: the settings as text, as a schema, and files checked."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ssjs_cli.exit_codes import DONE
+from ssjs_cli.options import common_options
+from ssjs_cli.session import Session
+
+
+@click.group()
+def config() -> None:
+    """The settings: defaults, JSON schema, a file checked."""
+
+
+def _deliver(session: Session, text: str, out: str | None, force: bool) -> int:
+    """The text on stdout, or in a file."""
+    from ssjs_cli.errors import UserError
+    from ssjs_cli.formats.atomic import write_file
+
+    if out is None:
+        click.echo(text, nl=False)
+        return DONE
+    target = Path(out)
+    if target.exists() and not force:
+        raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_file(target, text)
+    session.answer({"written": str(target)}, str(target))
+    return DONE
+
+
+@config.command()
+@click.option("--config", "config_path", type=click.Path(), default=None, help="Settings laid over the defaults.")
+@click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated.")
+@common_options(out_help="File to write (default: stdout).")
+@click.pass_obj
+def dump(session: Session, config_path: str | None, assignments: tuple[str, ...], seed: int | None, force: bool, out: str | None) -> int:
+    """Print every setting as TOML (with --json as JSON), ready for `run --config`."""
+    from ssjs_cli.config import DEFAULT_SEED, SEED_KEY, layer_from_assignments, layer_from_file, nest, resolve
+
+    layers, file_seed = [], None
+    if config_path is not None:
+        layer, file_seed = layer_from_file(Path(config_path))
+        layers.append(layer)
+    settings = resolve([*layers, layer_from_assignments(assignments)])
+    chosen = seed if seed is not None else DEFAULT_SEED if file_seed is None else file_seed
+    if session.json_output and out is None:
+        return _deliver(session, json.dumps({SEED_KEY: chosen, **nest(settings.values)}, indent=2) + "\n", out, force)
+    return _deliver(session, settings.to_toml(chosen), out, force)
+
+
+@config.command()
+@common_options(out_help="File to write (default: stdout).")
+@click.pass_obj
+def schema(session: Session, seed: int | None, force: bool, out: str | None) -> int:
+    """Print the JSON schema of the settings."""
+    from ssjs_cli.config import json_schema
+
+    return _deliver(session, json.dumps(json_schema(), indent=2) + "\n", out, force)
+
+
+@config.command()
+@click.argument("file", type=click.Path())
+@common_options(out_help="Not used: nothing is written.")
+@click.pass_obj
+def check(session: Session, file: str, seed: int | None, force: bool, out: str | None) -> int:
+    """Check FILE: a configuration file, a mission.toml or a mission directory."""
+    from ssjs_cli.config import Layer, layer_from_file, layer_from_tables, resolve
+    from ssjs_cli.formats.mission import MISSION_FILE, read_mission_document
+
+    path = Path(file)
+    if path.is_dir():
+        path = path / MISSION_FILE
+    layer: Layer
+    if path.name == MISSION_FILE:
+        layer = layer_from_tables(read_mission_document(path).settings, f"{path} [settings]")
+    else:
+        layer, _ = layer_from_file(path)
+    resolve([layer])
+    changed: dict[str, Any] = dict(layer.values)
+    session.answer({"file": str(path), "valid": True, "settings": changed}, f"{path}: valid, {len(changed)} settings given")
+    return DONE

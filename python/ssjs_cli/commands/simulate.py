@@ -1,0 +1,24 @@
+"""ssjs-cli simulate: a mission with truth."""
+
+from pathlib import Path
+
+import click
+
+from ssjs_cli.options import common_options
+from ssjs_cli.session import Session
+
+
+@click.command()
+@click.argument("scenario")
+@common_options(out_help="Mission directory (default missions/<scenario>).")
+@click.pass_obj
+def simulate(session: Session, scenario: str, seed: int | None, force: bool, out: str | None) -> int:
+    """Simulate SCENARIO: a built-in name such as grid-survey, or a TOML file with `scenario = NAME` and [settings]."""
+    from ssjs_cli.mission_output import answer_mission, write_new_mission
+    from ssjs_cli.mission_run import path_name
+    from ssjs_cli.simulation import read_scenario, simulate_mission
+
+    chosen = read_scenario(scenario, seed)
+    directory = Path(out) if out is not None else Path("missions") / path_name(chosen.name)
+    mission = write_new_mission(directory, lambda: simulate_mission(chosen), force=force, session=session)
+    return answer_mission(directory, mission, session)

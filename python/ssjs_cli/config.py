@@ -1,0 +1,288 @@
+"""Settings: pydantic models made from the fields that the estimator describes, and the layers a run resolves them from.
+
+Keys are flat and dotted inside the program ("vehicle.ackerman.wheelbase_m") and nested tables in TOML files. An optional
+setting that is off is written "none".
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+
+from ssjs_cli import _core
+from ssjs_cli.errors import UserError, nearest_hint
+from ssjs_cli.formats.toml_file import load_toml
+
+Scalar = float | int | bool | str | None
+
+METHOD_KEY = "method"
+ASSOCIATION_KEY = "association.method"
+VEHICLE_KEY = "vehicle.kind"
+SEED_KEY = "seed"
+DEFAULT_SEED = 1
+MAX_SEED = 2**64 - 1
+OFF = "none"
+
+
+class StrictModel(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, protected_namespaces=())
+
+
+@dataclass(frozen=True)
+class FieldDescription:
+    key: str
+    type: str
+    default: Scalar
+    choices: tuple[str, ...]
+    rule: str
+    description: str
+
+    @property
+    def is_optional(self) -> bool:
+        return self.type.startswith("optional_")
+
+
+@cache
+def field_descriptions() -> Mapping[str, FieldDescription]:
+    """Every setting of the estimator by its dotted key, in its order."""
+    described: dict[str, FieldDescription] = {}
+    for entry in _core.config_fields():
+        described[entry["key"]] = FieldDescription(
+            entry["key"], entry["type"], entry["default"], tuple(entry["choices"] or ()), entry["rule"] or "", entry["description"]
+        )
+    return MappingProxyType(described)
+
+
+def known_keys() -> list[str]:
+    """Every key and every table, for suggestions."""
+    keys = list(field_descriptions())
+    tables = {key[:position] for key in keys for position, character in enumerate(key) if character == "."}
+    return [*keys, *sorted(tables)]
+
+
+def defaults() -> dict[str, Scalar]:
+    return {key: described.default for key, described in field_descriptions().items()}
+
+
+def nest(flat: Mapping[str, Scalar]) -> dict[str, Any]:
+    """Dotted keys to nested tables. Optional settings that are off become "none", which TOML can hold."""
+    nested: dict[str, Any] = {}
+    for key, value in flat.items():
+        *sections, name = key.split(".")
+        table = nested
+        for section in sections:
+            table = table.setdefault(section, {})
+        table[name] = OFF if value is None else value
+    return nested
+
+
+def flatten(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Nested tables to dotted keys with their values, in the order of the file."""
+    for name, value in nested.items():
+        key = f"{prefix}{name}"
+        if isinstance(value, Mapping):
+            yield from flatten(value, f"{key}.")
+        else:
+            yield key, value
+
+
+def _annotation(described: FieldDescription) -> Any:
+    plain: Any = {"float": float, "int": int, "bool": bool, "optional_float": float, "optional_int": int}.get(described.type)
+    if described.type == "choice":
+        plain = Literal[described.choices]
+    if plain is None:
+        raise TypeError(f"setting {described.key}: the type '{described.type}' is unknown to the command line")
+    return plain | Literal["none"] if described.is_optional else plain
+
+
+@cache
+def settings_model() -> type[BaseModel]:
+    """The nested model of all settings: unknown keys are refused at every depth, types are not converted."""
+    tree: dict[str, Any] = {}
+    for key, described in field_descriptions().items():
+        *sections, name = key.split(".")
+        table = tree
+        for section in sections:
+            table = table.setdefault(section, {})
+        table[name] = described
+    return _model_of("Settings", tree)
+
+
+def _model_of(name: str, tree: dict[str, Any]) -> type[BaseModel]:
+    members: dict[str, Any] = {}
+    for key, node in tree.items():
+        if isinstance(node, FieldDescription):
+            default = OFF if node.default is None else node.default
+            text = f"{node.description} ({node.rule})" if node.rule else node.description
+            members[key] = (_annotation(node), Field(default=default, description=text))
+        else:
+            section = _model_of("".join(part.capitalize() for part in key.split("_")) + "Settings", node)
+            members[key] = (section, Field(default_factory=section))
+    model: type[BaseModel] = create_model(name, __base__=StrictModel, **members)
+    return model
+
+
+def json_schema() -> dict[str, Any]:
+    return settings_model().model_json_schema()
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Some settings and where they come from ("missions/a/mission.toml [settings]", "--set", ...)."""
+
+    source: str
+    values: Mapping[str, Scalar]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Every setting with its value (dotted keys, the order of the estimator), valid."""
+
+    values: Mapping[str, Scalar]
+    origin: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def method(self) -> str:
+        return str(self.values[METHOD_KEY])
+
+    def replaced(self, changes: Mapping[str, Scalar], source: str) -> "Settings":
+        return resolve([Layer("this run", self.values), Layer(source, changes)])
+
+    def to_toml(self, seed: int) -> str:
+        """The text of config.toml: everything a second run needs to give the same results."""
+        return tomli_w.dumps({SEED_KEY: seed, **nest(self.values)})
+
+
+def key_error(source: str, key: str, known: Sequence[str]) -> str:
+    return f"{source}: unknown key '{key}'{nearest_hint(key, known)}"
+
+
+def describe_validation_error(error: ValidationError, source: str, known: Sequence[str]) -> str:
+    """One line for every violation: the source, the full key, the value and what is wrong with it."""
+    lines: dict[str, None] = {}
+    for item in error.errors():
+        parts = [str(part) for part in item["loc"] if not str(part).startswith("literal[") and part not in ("float", "int", "str")]
+        key = ".".join(parts)
+        lines[_describe_item(item["type"], item.get("input"), item["msg"], item.get("ctx") or {}, key, source, known)] = None
+    return "\n".join(lines)
+
+
+def _shown(value: Any) -> str:
+    """As TOML writes it."""
+    return json.dumps(value, default=str)
+
+
+def _describe_item(kind: str, value: Any, message: str, context: Mapping[str, Any], key: str, source: str, known: Sequence[str]) -> str:
+    if kind == "extra_forbidden":
+        return key_error(source, key, known)
+    if kind == "missing":
+        return f"{source}: key '{key}' is missing"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"{source}: {key} = {_shown(value)}: must be a table, written [{key}]"
+    described = field_descriptions().get(key)
+    if described is not None and described.type == "choice":
+        hint = nearest_hint(str(value), described.choices)
+        return f"{source}: {key} = {_shown(value)}: must be one of {', '.join(described.choices)}{hint}"
+    wanted = {"float_type": "a number", "int_type": "a whole number", "bool_type": "true or false", "string_type": "a text"}.get(kind)
+    if described is not None and described.is_optional:
+        wanted = ("a whole number" if described.type == "optional_int" else "a number") + f' or "{OFF}"'
+    if wanted is not None:
+        return f"{source}: {key} = {_shown(value)}: must be {wanted}"
+    return f"{source}: {key} = {_shown(value)}: {message}"
+
+
+def layer_from_tables(nested: Mapping[str, Any], source: str) -> Layer:
+    """Settings as nested tables, checked for unknown keys and wrong types."""
+    known = known_keys()
+    try:
+        settings_model().model_validate(dict(nested))
+    except ValidationError as error:
+        raise UserError(describe_validation_error(error, source, known)) from error
+    return Layer(source, {key: _converted(field_descriptions()[key], value) for key, value in flatten(nested)})
+
+
+def _converted(described: FieldDescription, value: Any) -> Scalar:
+    if described.is_optional and value == OFF:
+        return None
+    if described.type in ("float", "optional_float"):
+        return float(value)
+    checked: Scalar = value
+    return checked
+
+
+def layer_from_assignments(assignments: Sequence[str]) -> Layer:
+    """--set key=value, several times; the value is read as the type of its key."""
+    values: dict[str, Scalar] = {}
+    for assignment in assignments:
+        key, separator, text = assignment.partition("=")
+        key, text = key.strip(), text.strip()
+        if not separator or not key:
+            raise UserError(f"--set {assignment}: must be key=value, for example --set submap.max_landmarks=20")
+        described = field_descriptions().get(key)
+        if described is None:
+            raise UserError(key_error("--set", key, list(field_descriptions())))
+        values[key] = parse_value(described, text, "--set")
+    return Layer("--set", values)
+
+
+def parse_value(described: FieldDescription, text: str, source: str) -> Scalar:
+    if described.is_optional and text == OFF:
+        return None
+    if described.type == "choice":
+        if text in described.choices:
+            return text
+        hint = nearest_hint(text, described.choices)
+        raise UserError(f"{source}: {described.key} = {text!r}: must be one of {', '.join(described.choices)}{hint}")
+    if described.type == "bool":
+        if text in ("true", "false"):
+            return text == "true"
+        raise UserError(f"{source}: {described.key} = {text!r}: must be true or false")
+    number_type, wanted = (int, "a whole number") if described.type in ("int", "optional_int") else (float, "a number")
+    try:
+        return number_type(text)
+    except ValueError as error:
+        wanted += f' or "{OFF}"' if described.is_optional else ""
+        raise UserError(f"{source}: {described.key} = {text!r}: must be {wanted}") from error
+
+
+def layer_from_flag(flag: str, key: str, text: str | None) -> Layer:
+    """A flag such as --method, which is short for one setting; None means that it was not given."""
+    if text is None:
+        return Layer(flag, {})
+    return Layer(flag, {key: parse_value(field_descriptions()[key], text, flag)})
+
+
+def layer_from_file(path: Path) -> tuple[Layer, int | None]:
+    """A configuration file: the settings as tables, and optionally `seed` at its top."""
+    document = load_toml(path)
+    seed = document.pop(SEED_KEY, None) if SEED_KEY not in field_descriptions() else None
+    if seed is not None:
+        seed = checked_seed(seed, f"{path}: {SEED_KEY}")
+    return layer_from_tables(document, str(path)), seed
+
+
+def checked_seed(value: Any, source: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_SEED:
+        raise UserError(f"{source} = {value!r}: must be a whole number from 0 to {MAX_SEED}")
+    return value
+
+
+def resolve(layers: Sequence[Layer]) -> Settings:
+    """Later layers win over earlier ones, all of them over the defaults. Every violated rule is reported at once."""
+    values = defaults()
+    origin: dict[str, str] = {}
+    for layer in layers:
+        for key, value in layer.values.items():
+            values[key] = value
+            origin[key] = layer.source
+    violations = _core.validate_config(values)
+    if violations:
+        lines = [f"{origin.get(violation.split(' ', 1)[0], 'settings')}: {violation}" for violation in violations]
+        raise UserError("\n".join(lines))
+    return Settings(MappingProxyType(values), MappingProxyType(origin))

@@ -1,0 +1,491 @@
+"""A mission directory: mission.toml and one file per sensor and reference."""
+
+import difflib
+import hashlib
+import math
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ssjs_cli.errors import UserError, nearest_hint
+from ssjs_cli.formats.number_table import (
+    EXACT,
+    TEXT,
+    WHOLE,
+    FloatArray,
+    IntArray,
+    NumberTable,
+    read_header,
+    read_table,
+    require_positive,
+    require_positive_range,
+    require_times_in_order,
+    whole_numbers,
+    write_table,
+)
+from ssjs_cli.formats.toml_file import load_toml
+from ssjs_cli.formats.tum import PoseSeries, read_tum, write_tum
+from ssjs_cli.formats.zip_member import check_archive_size
+
+MISSION_FILE = "mission.toml"
+ODOMETRY_FILE = "odometry.csv"
+OBSERVATIONS_FILE = "observations.csv"
+SCANS_FILE = "scans.npz"
+TRUTH_FILE = "truth_trajectory.tum"
+FIXES_FILE = "reference_fixes.csv"
+LANDMARKS_FILE = "truth_landmarks.csv"
+MISSION_FILES = (MISSION_FILE, ODOMETRY_FILE, OBSERVATIONS_FILE, SCANS_FILE, TRUTH_FILE, FIXES_FILE, LANDMARKS_FILE)
+
+ODOMETRY_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "ackerman": ("time_s", "speed_m_s", "steering_rad"),
+        "unicycle": ("time_s", "speed_m_s", "turn_rate_rad_s"),
+        "increments": ("time_s", "dx_m", "dy_m", "dheading_rad", "sigma_x_m", "sigma_y_m", "sigma_heading_rad"),
+    }
+)
+POLAR_COLUMNS = ("range_m", "bearing_rad")
+CARTESIAN_COLUMNS = ("x_m", "y_m")
+COVARIANCE_COLUMNS = ("var_range_m2", "cov_range_bearing", "var_bearing_rad2")
+SCAN_ARRAYS = ("time_s", "range_m", "first_angle_rad", "step_rad")
+MAX_SCANS_BYTES = 4 * 1024**3
+
+# What the estimator takes as "not told". In files the field is empty.
+UNKNOWN_LANDMARK = -1
+
+ALIGNMENTS = ("none", "origin", "yaw", "se2")
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class MissionDescription(_Table):
+    name: str = Field(min_length=1)
+    description: str = ""
+    notes: str = ""
+
+
+class Geodetic(_Table):
+    """Where the global frame's origin lies and where its x axis points (degrees clockwise from north; 90 is east)."""
+
+    origin_latitude_deg: float = Field(ge=-90.0, le=90.0)
+    origin_longitude_deg: float = Field(ge=-180.0, le=180.0)
+    heading_deg: float = Field(default=90.0, ge=-360.0, le=360.0)
+
+
+class ReferenceDescription(_Table):
+    """How the reference is compared. The lever arm leads from the tracked point of the vehicle to the referenced one."""
+
+    lever_arm_forward_m: float = 0.0
+    lever_arm_left_m: float = 0.0
+    outlier_m: float | None = Field(default=None, gt=0.0)
+    alignment: Literal["none", "origin", "yaw", "se2"] = "none"
+    max_gap_s: float = Field(default=1.0, gt=0.0)
+
+
+class ImportRecord(_Table):
+    """What an importer read, dropped and lost."""
+
+    format: str
+    counts: dict[str, int] = Field(default_factory=dict)
+    lost: list[str] = Field(default_factory=list)
+    digests: dict[str, str] = Field(default_factory=dict)
+
+
+class MissionDocument(_Table):
+    """mission.toml. `settings` is checked against the estimator's own description when a run resolves its configuration."""
+
+    mission: MissionDescription
+    geodetic: Geodetic | None = None
+    settings: dict[str, Any] = Field(default_factory=dict)
+    reference: ReferenceDescription = Field(default_factory=ReferenceDescription)
+    import_record: ImportRecord | None = Field(default=None, alias="import")
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """kind: a key of ODOMETRY_COLUMNS; values (n, columns of the kind) in the order of those columns."""
+
+    kind: str
+    values: FloatArray
+
+    @property
+    def time_s(self) -> FloatArray:
+        return self.values[:, 0]
+
+
+@dataclass(frozen=True)
+class Observations:
+    """time_s, range_m, bearing_rad (n,), sensor frame; covariance (n, 3) var_range, cov, var_bearing; landmark_id (n,),
+    UNKNOWN_LANDMARK where the source does not tell."""
+
+    time_s: FloatArray
+    range_m: FloatArray
+    bearing_rad: FloatArray
+    covariance: FloatArray | None = None
+    landmark_id: IntArray | None = None
+
+
+@dataclass(frozen=True)
+class Scans:
+    """time_s (n,); range_m (n, beams); beam i points at first_angle_rad + i step_rad, 0 ahead, anticlockwise."""
+
+    time_s: FloatArray
+    range_m: FloatArray
+    first_angle_rad: float
+    step_rad: float
+
+
+@dataclass(frozen=True)
+class Fixes:
+    """Sparse positions such as GPS: time_s (n,), position_m (n, 2), sigma_m (n,)."""
+
+    time_s: FloatArray
+    position_m: FloatArray
+    sigma_m: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class SurveyedLandmarks:
+    """ids (l,), position_m (l, 2)."""
+
+    ids: IntArray
+    position_m: FloatArray
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a run is compared with. Each part may be absent."""
+
+    description: ReferenceDescription
+    truth: PoseSeries | None = None
+    fixes: Fixes | None = None
+    landmarks: SurveyedLandmarks | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        return self.truth is None and self.fixes is None and self.landmarks is None
+
+
+@dataclass(frozen=True)
+class Mission:
+    name: str
+    odometry: Odometry
+    description: str = ""
+    notes: str = ""
+    observations: Observations | None = None
+    scans: Scans | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
+    geodetic: Geodetic | None = None
+    import_record: ImportRecord | None = None
+
+
+def mission_directory(path: Path) -> Path:
+    """The directory of a mission named by itself or by its mission.toml."""
+    directory = path.parent if path.name == MISSION_FILE else path
+    if not directory.is_dir():
+        raise UserError(f"{path}: is no mission directory; name the directory that holds {MISSION_FILE}")
+    if not (directory / MISSION_FILE).is_file():
+        raise UserError(f"{directory / MISSION_FILE}: is missing; write one with a name in its [mission] table, or use `ssjs-cli import`")
+    return directory
+
+
+def why_not_a_mission(directory: Path) -> str | None:
+    if not (directory / MISSION_FILE).is_file():
+        return f"it holds no {MISSION_FILE}"
+    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in MISSION_FILES)
+    return f"it also holds {foreign[0]}" if foreign else None
+
+
+def input_digests(directory: Path) -> dict[str, str]:
+    """sha256 of every file of the mission that exists, by its name."""
+    digests = {}
+    for name in MISSION_FILES:
+        path = directory / name
+        if path.is_file():
+            with path.open("rb") as file:
+                digests[name] = hashlib.file_digest(file, "sha256").hexdigest()
+    return digests
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def read_mission(path: Path) -> Mission:
+    directory = mission_directory(path)
+    document = read_mission_document(directory / MISSION_FILE)
+    return Mission(
+        name=document.mission.name,
+        description=document.mission.description,
+        notes=document.mission.notes,
+        odometry=_read_odometry(directory / ODOMETRY_FILE),
+        observations=_read_observations(directory / OBSERVATIONS_FILE),
+        scans=_read_scans(directory / SCANS_FILE),
+        settings=document.settings,
+        reference=read_reference(directory, document.reference),
+        geodetic=document.geodetic,
+        import_record=document.import_record,
+    )
+
+
+def read_mission_document(path: Path) -> MissionDocument:
+    document = load_toml(path)
+    try:
+        return MissionDocument.model_validate(document)
+    except ValidationError as error:
+        raise UserError("\n".join(_document_faults(error, path))) from error
+
+
+def _document_faults(error: ValidationError, path: Path) -> list[str]:
+    known = [f"{table}.{key}" for table, model in _DOCUMENT_TABLES.items() for key in model.model_fields] + [*_DOCUMENT_TABLES, "settings"]
+    faults = []
+    for item in error.errors():
+        key = ".".join(str(part) for part in item["loc"])
+        if item["type"] == "extra_forbidden":
+            faults.append(f"{path}: unknown key '{key}'{nearest_hint(key, known)}")
+        elif item["type"] == "missing":
+            faults.append(f"{path}: key '{key}' is missing; add it")
+        else:
+            faults.append(f"{path}: {key} = {item['input']!r}: {item['msg']}")
+    return faults
+
+
+_DOCUMENT_TABLES: Mapping[str, type[BaseModel]] = MappingProxyType(
+    {"mission": MissionDescription, "geodetic": Geodetic, "reference": ReferenceDescription, "import": ImportRecord}
+)
+
+
+def read_reference(directory: Path, description: ReferenceDescription) -> Reference:
+    truth_path = directory / TRUTH_FILE
+    return Reference(
+        description=description,
+        truth=read_tum(truth_path) if truth_path.is_file() else None,
+        fixes=read_fixes(directory / FIXES_FILE) if (directory / FIXES_FILE).is_file() else None,
+        landmarks=read_landmarks(directory / LANDMARKS_FILE) if (directory / LANDMARKS_FILE).is_file() else None,
+    )
+
+
+def _read_odometry(path: Path) -> Odometry:
+    if not path.is_file():
+        choices = " or ".join(",".join(columns) for columns in ODOMETRY_COLUMNS.values())
+        raise UserError(f"{path}: is missing; a mission needs its odometry, with the columns {choices}")
+    header = read_header(path)
+    kind = _odometry_kind(path, header)
+    table = read_table(path, required=ODOMETRY_COLUMNS[kind])
+    if table.rows == 0:
+        raise UserError(f"{path}: the mission is empty: there is no line after the header; give at least one odometry record")
+    require_times_in_order(table)
+    if kind == "increments":
+        for name in ("sigma_x_m", "sigma_y_m", "sigma_heading_rad"):
+            require_positive(table, name)
+    return Odometry(kind, table.stacked(ODOMETRY_COLUMNS[kind]))
+
+
+def _odometry_kind(path: Path, header: list[str]) -> str:
+    """The kind whose columns the header resembles most; what is unknown or missing is then reported against it."""
+    exact = [kind for kind, columns in ODOMETRY_COLUMNS.items() if set(columns) <= set(header)]
+    if len(exact) > 1:
+        raise UserError(f"{path}:1: holds the columns of {' and '.join(exact)} odometry; keep the columns of one")
+    return exact[0] if exact else max(ODOMETRY_COLUMNS, key=lambda kind: _resemblance(header, ODOMETRY_COLUMNS[kind]))
+
+
+def _resemblance(header: list[str], columns: tuple[str, ...]) -> float:
+    return sum(max(difflib.SequenceMatcher(None, name, column).ratio() for column in columns) for name in header)
+
+
+def _read_observations(path: Path) -> Observations | None:
+    if not path.is_file():
+        return None
+    header = read_header(path)
+    cartesian = set(CARTESIAN_COLUMNS) <= set(header)
+    place = CARTESIAN_COLUMNS if cartesian else POLAR_COLUMNS
+    covariance_columns = () if cartesian else COVARIANCE_COLUMNS
+    has_covariance = any(name in header for name in covariance_columns)
+    table = read_table(
+        path,
+        required=("time_s", *place, *(covariance_columns if has_covariance else ())),
+        optional=("landmark_id", *covariance_columns),
+        may_be_empty=("landmark_id",),
+    )
+    if table.rows == 0:
+        return None
+    require_times_in_order(table)
+    if cartesian:
+        range_m = np.hypot(table["x_m"], table["y_m"])
+        bearing_rad = np.arctan2(table["y_m"], table["x_m"])
+    else:
+        range_m, bearing_rad = table["range_m"], table["bearing_rad"]
+        require_positive_range(table)
+    covariance = None
+    if has_covariance:
+        _require_definite_covariance(table)
+        covariance = table.stacked(COVARIANCE_COLUMNS)
+    return Observations(table["time_s"], range_m, bearing_rad, covariance, landmark_ids(table))
+
+
+def _require_definite_covariance(table: NumberTable) -> None:
+    require_positive(table, "var_range_m2")
+    require_positive(table, "var_bearing_rad2")
+    determinant = table["var_range_m2"] * table["var_bearing_rad2"] - table["cov_range_bearing"] ** 2
+    if (determinant <= 0.0).any():
+        row = int(np.argmax(determinant <= 0.0))
+        raise UserError(f"{table.where(row)}: cov_range_bearing is too large for its variances; the covariance must be positive definite")
+
+
+def landmark_ids(table: NumberTable) -> IntArray | None:
+    """Empty fields become UNKNOWN_LANDMARK; a column without any identity is none."""
+    if "landmark_id" not in table:
+        return None
+    empty = np.isnan(table["landmark_id"])
+    if empty.all():
+        return None
+    negative = table["landmark_id"] < 0.0
+    if negative.any():
+        row = int(np.argmax(negative))
+        raise UserError(f"{table.where(row)}: landmark_id must not be negative; leave it empty where the landmark is unknown")
+    columns = {"landmark_id": np.where(empty, UNKNOWN_LANDMARK, table["landmark_id"])}
+    return whole_numbers(NumberTable(table.path, columns, table.rows), "landmark_id")
+
+
+def _read_scans(path: Path) -> Scans | None:
+    if not path.is_file():
+        return None
+    try:
+        check_archive_size(path, MAX_SCANS_BYTES)
+        with np.load(path, allow_pickle=False) as archive:
+            missing = [name for name in SCAN_ARRAYS if name not in archive.files]
+            if missing:
+                raise UserError(f"{path}: the array {', '.join(missing)} is missing; it needs {', '.join(SCAN_ARRAYS)}")
+            arrays = {name: np.asarray(archive[name]) for name in SCAN_ARRAYS}
+    except (zipfile.BadZipFile, ValueError, EOFError, OSError) as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        raise UserError(f"{path}: is damaged or no scan archive ({error}); import the mission again") from error
+    return _checked_scans(path, arrays)
+
+
+def _checked_scans(path: Path, arrays: Mapping[str, Any]) -> Scans | None:
+    for name, array in arrays.items():
+        if array.dtype.kind not in "fiu":
+            raise UserError(f"{path}: {name} holds {array.dtype}, not numbers; import the mission again")
+    time_s = np.ascontiguousarray(arrays["time_s"], dtype=np.float64)
+    range_m = np.ascontiguousarray(arrays["range_m"], dtype=np.float64)
+    if time_s.ndim != 1 or range_m.ndim != 2 or len(range_m) != len(time_s) or range_m.shape[1] == 0:
+        raise UserError(f"{path}: time_s {time_s.shape} and range_m {range_m.shape} must be (n,) and (n, beams); import the mission again")
+    for name in ("first_angle_rad", "step_rad"):
+        if arrays[name].size != 1 or not math.isfinite(float(arrays[name].reshape(-1)[0])):
+            raise UserError(f"{path}: {name} must be one finite number; import the mission again")
+    for name, array in (("time_s", time_s), ("range_m", range_m)):
+        bad = ~np.isfinite(array) if array.ndim == 1 else np.isnan(array).any(axis=1)
+        if bad.any():
+            scan = int(np.argmax(bad))
+            raise UserError(f"{path}: {name} of scan {scan} is not a number; write no return as infinity")
+    backwards = np.diff(time_s) < 0.0
+    if backwards.any():
+        scan = int(np.argmax(backwards)) + 1
+        before, after = float(time_s[scan - 1]), float(time_s[scan])
+        raise UserError(f"{path}: time_s of scan {scan} goes back from {before!r} to {after!r}; sort the scans")
+    if len(time_s) == 0:
+        return None
+    return Scans(time_s, range_m, float(arrays["first_angle_rad"].reshape(-1)[0]), float(arrays["step_rad"].reshape(-1)[0]))
+
+
+def read_fixes(path: Path) -> Fixes:
+    table = read_table(path, required=("time_s", "x_m", "y_m"), optional=("sigma_m",))
+    require_times_in_order(table)
+    if "sigma_m" in table:
+        require_positive(table, "sigma_m")
+    if table.rows == 0:
+        raise UserError(f"{path}: holds no fix; give at least one line after the header, or remove the file")
+    return Fixes(table["time_s"], table.stacked(("x_m", "y_m")), table.columns.get("sigma_m"))
+
+
+def read_landmarks(path: Path) -> SurveyedLandmarks:
+    table = read_table(path, required=("id", "x_m", "y_m"), optional=("z_m",))
+    ids = whole_numbers(table, "id")
+    unique, counts = np.unique(ids, return_counts=True)
+    if (counts > 1).any():
+        repeated = int(unique[np.argmax(counts > 1)])
+        row = int(np.flatnonzero(ids == repeated)[1])
+        raise UserError(f"{table.where(row)}: landmark {repeated} appears twice; give each landmark one line")
+    return SurveyedLandmarks(ids, table.stacked(("x_m", "y_m")))
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def write_mission(directory: Path, mission: Mission) -> None:
+    """Fills an existing directory. The same mission gives the same bytes."""
+    document: dict[str, Any] = {"mission": {"name": mission.name, "description": mission.description}}
+    if mission.notes:
+        document["mission"]["notes"] = mission.notes
+    if mission.geodetic is not None:
+        document["geodetic"] = mission.geodetic.model_dump()
+    document["settings"] = dict(mission.settings)
+    if not mission.reference.is_empty:
+        document["reference"] = mission.reference.description.model_dump(exclude_none=True)
+    if mission.import_record is not None:
+        document["import"] = mission.import_record.model_dump()
+    (directory / MISSION_FILE).write_text(tomli_w.dumps(document), encoding="utf-8")
+
+    columns = ODOMETRY_COLUMNS[mission.odometry.kind]
+    write_table(directory / ODOMETRY_FILE, ",".join(columns), list(mission.odometry.values.T), [EXACT] * len(columns))
+    if mission.observations is not None:
+        _write_observations(directory / OBSERVATIONS_FILE, mission.observations)
+    if mission.scans is not None:
+        _write_scans(directory / SCANS_FILE, mission.scans)
+    _write_reference(directory, mission.reference)
+
+
+def _write_observations(path: Path, observations: Observations) -> None:
+    names = ["time_s", *POLAR_COLUMNS]
+    columns: list[FloatArray | IntArray] = [observations.time_s, observations.range_m, observations.bearing_rad]
+    formats = [EXACT] * 3
+    if observations.landmark_id is not None:
+        names.append("landmark_id")
+        known = observations.landmark_id != UNKNOWN_LANDMARK
+        columns.append(observations.landmark_id if known.all() else np.where(known, observations.landmark_id.astype(str), ""))
+        formats.append(WHOLE if known.all() else TEXT)
+    if observations.covariance is not None:
+        names += COVARIANCE_COLUMNS
+        columns += list(observations.covariance.T)
+        formats += [EXACT] * 3
+    write_table(path, ",".join(names), columns, formats)
+
+
+def _write_scans(path: Path, scans: Scans) -> None:
+    np.savez_compressed(
+        path,
+        time_s=scans.time_s,
+        range_m=scans.range_m,
+        first_angle_rad=np.float64(scans.first_angle_rad),
+        step_rad=np.float64(scans.step_rad),
+    )
+
+
+def _write_reference(directory: Path, reference: Reference) -> None:
+    if reference.truth is not None:
+        write_tum(directory / TRUTH_FILE, reference.truth)
+    if reference.fixes is not None:
+        fixes = reference.fixes
+        names, columns = ["time_s", "x_m", "y_m"], [fixes.time_s, fixes.position_m[:, 0], fixes.position_m[:, 1]]
+        if fixes.sigma_m is not None:
+            names.append("sigma_m")
+            columns.append(fixes.sigma_m)
+        write_table(directory / FIXES_FILE, ",".join(names), columns, [EXACT] * len(columns))
+    if reference.landmarks is not None:
+        landmarks = reference.landmarks
+        write_table(
+            directory / LANDMARKS_FILE,
+            "id,x_m,y_m",
+            [landmarks.ids, landmarks.position_m[:, 0], landmarks.position_m[:, 1]],
+            [WHOLE, EXACT, EXACT],
+        )

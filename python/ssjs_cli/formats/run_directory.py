@@ -1,0 +1,339 @@
+"""A run directory: what one run of the estimator leaves."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ssjs_cli.errors import UserError
+from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.g2o import Edge, PoseGraph, Vertex, edge_information, g2o_text
+from ssjs_cli.formats.geojson import map_geojson
+from ssjs_cli.formats.mission import Geodetic
+from ssjs_cli.formats.number_table import (
+    EXACT,
+    FIXED,
+    SCIENTIFIC,
+    WHOLE,
+    FloatArray,
+    IntArray,
+    read_table,
+    whole_numbers,
+    write_table,
+)
+from ssjs_cli.formats.tum import PoseSeries, read_tum, write_tum
+
+SUMMARY_FILE = "summary.json"
+CONFIG_FILE = "config.toml"
+TIMING_FILE = "timing.json"
+LOG_FILE = "log.jsonl"
+MISSION_LINK_FILE = "mission_link.json"
+REPORT_FILE = "report.html"
+TRAJECTORY_FILE = "trajectory.tum"
+ONLINE_FILE = "trajectory_online.tum"
+DEAD_RECKONING_FILE = "dead_reckoning.tum"
+COVARIANCE_FILE = "trajectory_covariance.csv"
+ONLINE_COVARIANCE_FILE = "trajectory_online_covariance.csv"
+TRAJECTORY_SUBMAPS_FILE = "trajectory_submaps.csv"
+LANDMARKS_FILE = "landmarks.csv"
+SUBMAPS_FILE = "submaps.json"
+BASES_FILE = "bases.npz"
+GRAPH_FILE = "graph.g2o"
+MAP_FILE = "map.geojson"
+CONSISTENCY_FILE = "consistency.csv"
+STEP_TIMES_FILE = "step_times.csv"
+ERRORS_FILE = "errors.csv"
+ONLINE_ERRORS_FILE = "errors_online.csv"
+REFERENCE_FILE = "reference.csv"
+NEES_FILE = "nees.csv"
+RUN_FILES = (
+    SUMMARY_FILE,
+    CONFIG_FILE,
+    TIMING_FILE,
+    LOG_FILE,
+    MISSION_LINK_FILE,
+    REPORT_FILE,
+    TRAJECTORY_FILE,
+    ONLINE_FILE,
+    DEAD_RECKONING_FILE,
+    COVARIANCE_FILE,
+    ONLINE_COVARIANCE_FILE,
+    TRAJECTORY_SUBMAPS_FILE,
+    LANDMARKS_FILE,
+    SUBMAPS_FILE,
+    BASES_FILE,
+    GRAPH_FILE,
+    MAP_FILE,
+    CONSISTENCY_FILE,
+    STEP_TIMES_FILE,
+    ERRORS_FILE,
+    ONLINE_ERRORS_FILE,
+    REFERENCE_FILE,
+    NEES_FILE,
+)
+
+COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"
+COVARIANCE_NAMES = tuple(COVARIANCE_HEADER.split(","))
+LANDMARK_HEADER = "id,x_m,y_m,z_m,var_xx,cov_xy,cov_xz,var_yy,cov_yz,var_zz,times_seen,submap"
+ERROR_HEADER = "time_s,error_m,is_outlier,error_x_m,error_y_m,sigma_x_m,sigma_y_m,sigma_major_m"
+
+MEASURED_KEYS = ("steps", "observations", "landmarks", "submaps", "loop_candidates", "loop_closures", "fusions", "wrong_pairs")
+TIME_KEYS = ("time_total_s", "time_local_s", "time_global_s", "time_association_s", "time_other_s")
+STEP_TIME_KEYS = ("step_time_p50_us", "step_time_p99_us", "step_time_max_us")
+REFERENCE_KEYS = (
+    "trajectory_rmse_m",
+    "trajectory_mean_m",
+    "trajectory_std_m",
+    "trajectory_max_m",
+    "final_drift_percent",
+    "dead_reckoning_rmse_m",
+    "dead_reckoning_final_drift_percent",
+    "reference_outliers",
+    "map_error_mean_m",
+    "map_error_std_m",
+    "map_error_max_m",
+    "landmarks_missed",
+    "landmarks_false",
+    "nees_mean",
+    "nees_inside_fraction",
+    "nees_joint_per_dof",
+    "nees_base_mean",
+    "nees_map_mean",
+    "alignment",
+    # Beyond the contract: the same errors of the online estimate, and what the means above are made of.
+    "trajectory_median_m",
+    "trajectory_online_rmse_m",
+    "trajectory_online_reference_outliers",
+    "reference_compared",
+    "heading_rmse_rad",
+    "map_error_matched",
+    "nees_dof",
+)
+# Above so many bases their joint covariance is not kept: it grows with the square (400 bases: 12 MB).
+MAX_KEPT_BASES = 400
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """ids (l,): those of the source where `ids_are_of_source`, row numbers otherwise; position (l, 2); covariance (l, 3) xx xy yy."""
+
+    ids: IntArray
+    ids_are_of_source: bool
+    position: FloatArray
+    covariance: FloatArray
+    times_seen: IntArray
+    submap: IntArray
+
+
+@dataclass(frozen=True)
+class Bases:
+    """time_s (b,), pose (b, 3), joint_covariance (3b, 3b) of the bases in the global frame, final."""
+
+    time_s: FloatArray
+    pose: FloatArray
+    joint_covariance: FloatArray
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a reference is compared with. Series have one row per fed event; covariances (n, 6) are upper triangles."""
+
+    final: PoseSeries
+    final_covariance: FloatArray
+    online: PoseSeries
+    online_covariance: FloatArray
+    dead_reckoning: PoseSeries
+    landmarks: Landmarks
+    bases: Bases | None
+    update_time_s: FloatArray
+
+
+def why_not_a_run(directory: Path) -> str | None:
+    for name in (SUMMARY_FILE, CONFIG_FILE):
+        if not (directory / name).is_file():
+            return f"it holds no {name}"
+    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in RUN_FILES)
+    return f"it also holds {foreign[0]}" if foreign else None
+
+
+def run_directory(path: Path) -> Path:
+    if not path.is_dir():
+        raise UserError(f"{path}: is no run directory; name the directory that a run has written")
+    if not (path / SUMMARY_FILE).is_file():
+        raise UserError(f"{path / SUMMARY_FILE}: is missing; name a directory that a finished run has written")
+    return path
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise UserError(f"{path}: is missing; run the mission again") from error
+    except ValueError as error:
+        raise UserError(f"{path}: is not a JSON document ({error}); run the mission again") from error
+    if not isinstance(document, dict):
+        raise UserError(f"{path}: must hold one JSON object; run the mission again")
+    return document
+
+
+def numbers_of(value: Any) -> Any:
+    """Arrays and numpy scalars inside lists and dictionaries as plain Python numbers."""
+    if isinstance(value, Mapping):
+        return {str(key): numbers_of(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [numbers_of(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def landmarks_of(result: Mapping[str, Any]) -> Landmarks:
+    landmarks = result["landmarks"]
+    position = np.asarray(landmarks["position"], dtype=np.float64).reshape(-1, 2)
+    identities = list(landmarks["landmark_id"])
+    of_source = bool(identities) and all(identity is not None for identity in identities)
+    ids = np.array(identities if of_source else range(len(position)), dtype=np.int64)
+    return Landmarks(
+        ids,
+        of_source,
+        position,
+        np.asarray(landmarks["covariance"], dtype=np.float64).reshape(-1, 3),
+        np.asarray(landmarks["times_seen"], dtype=np.int64),
+        np.asarray(landmarks["submap"], dtype=np.int64),
+    )
+
+
+def estimate_of(result: Mapping[str, Any]) -> Estimate:
+    """The estimate as the estimator returned it."""
+    time_s = np.asarray(result["time_s"], dtype=np.float64)
+    bases = result["bases"]
+    start_time_s = {submap["index"]: submap["start_time_s"] for submap in result["submaps"]}
+    base_pose = np.asarray(bases["pose"], dtype=np.float64).reshape(-1, 3)
+    base_indices = [int(index) for index in bases["index"]]
+    timed = [row for row, index in enumerate(base_indices) if index in start_time_s]
+    rows = np.array(timed, dtype=np.int64)
+    blocks = (3 * rows[:, None] + np.arange(3)).ravel()
+    joint = np.asarray(bases["joint_covariance"], dtype=np.float64)
+    return Estimate(
+        final=PoseSeries(time_s, np.asarray(result["pose"], dtype=np.float64)),
+        final_covariance=np.asarray(result["covariance"], dtype=np.float64),
+        online=PoseSeries(time_s, np.asarray(result["online_pose"], dtype=np.float64)),
+        online_covariance=np.asarray(result["online_covariance"], dtype=np.float64),
+        dead_reckoning=PoseSeries(time_s, np.asarray(result["dead_reckoning"], dtype=np.float64)),
+        landmarks=landmarks_of(result),
+        bases=Bases(
+            np.array([start_time_s[base_indices[row]] for row in timed], dtype=np.float64), base_pose[rows], joint[np.ix_(blocks, blocks)]
+        ),
+        update_time_s=np.asarray(result["updates"]["time_s"], dtype=np.float64),
+    )
+
+
+def write_estimate(directory: Path, estimate: Estimate, result: Mapping[str, Any], geodetic: Geodetic | None) -> None:
+    """The result files of a run that need no reference."""
+    write_tum(directory / TRAJECTORY_FILE, estimate.final)
+    write_tum(directory / ONLINE_FILE, estimate.online)
+    write_tum(directory / DEAD_RECKONING_FILE, estimate.dead_reckoning)
+    for name, covariance in ((COVARIANCE_FILE, estimate.final_covariance), (ONLINE_COVARIANCE_FILE, estimate.online_covariance)):
+        write_table(directory / name, COVARIANCE_HEADER, [estimate.final.time_s, *covariance.T], [EXACT, *[SCIENTIFIC] * 6])
+    time_s = estimate.final.time_s
+    write_table(directory / TRAJECTORY_SUBMAPS_FILE, "time_s,submap", [time_s, np.asarray(result["submap"])], [EXACT, WHOLE])
+    write_table(directory / STEP_TIMES_FILE, "time_s,step_time_us", [time_s, np.asarray(result["step_time_us"])], [EXACT, "%.3f"])
+    updates = result["updates"]
+    write_table(
+        directory / CONSISTENCY_FILE,
+        "time_s,nis,dof",
+        [np.asarray(updates["time_s"]), np.asarray(updates["nis"]), np.asarray(updates["dof"])],
+        [EXACT, SCIENTIFIC, WHOLE],
+    )
+    _write_landmarks(directory / LANDMARKS_FILE, estimate.landmarks)
+    submaps = {key: numbers_of(result[key]) for key in ("submaps", "live_maps", "loops")}
+    (directory / SUBMAPS_FILE).write_text(json_text(submaps), encoding="utf-8")
+    (directory / GRAPH_FILE).write_text(g2o_text(submap_graph(result["submaps"])), encoding="utf-8")
+    if estimate.bases is not None and len(estimate.bases.time_s) <= MAX_KEPT_BASES:
+        bases = estimate.bases
+        np.savez_compressed(directory / BASES_FILE, time_s=bases.time_s, pose=bases.pose, joint_covariance=bases.joint_covariance)
+    if geodetic is not None:
+        landmarks = estimate.landmarks
+        text = map_geojson(estimate.final.pose[:, :2], landmarks.position, landmarks.covariance, landmarks.ids.tolist(), geodetic)
+        (directory / MAP_FILE).write_text(text, encoding="utf-8")
+
+
+def _write_landmarks(path: Path, landmarks: Landmarks) -> None:
+    """The world of a planar vehicle is flat: z and its covariance are zero."""
+    zero = np.zeros(len(landmarks.ids))
+    xx, xy, yy = landmarks.covariance.T
+    columns: list[FloatArray | IntArray] = [landmarks.ids, *landmarks.position.T, zero, xx, xy, zero, yy, zero, zero]
+    columns += [landmarks.times_seen, landmarks.submap]
+    formats = [WHOLE, FIXED, FIXED, "%.0f", SCIENTIFIC, SCIENTIFIC, "%.0f", SCIENTIFIC, "%.0f", "%.0f", WHOLE, WHOLE]
+    write_table(path, LANDMARK_HEADER, columns, formats)
+
+
+def submap_graph(submaps: Sequence[Mapping[str, Any]]) -> PoseGraph:
+    """Final bases as vertices, the links between submaps that follow each other as edges."""
+    graph = PoseGraph()
+    for submap in submaps:
+        x, y, heading = (float(value) for value in submap["base_pose"])
+        graph.vertices.append(Vertex(int(submap["index"]), (x, y, heading)))
+    known = {vertex.id for vertex in graph.vertices}
+    for submap in submaps:
+        index = int(submap["index"])
+        if submap["link_pose"] is None or submap["link_covariance"] is None or index + 1 not in known:
+            continue
+        x, y, heading = (float(value) for value in submap["link_pose"])
+        information = edge_information((x, y, heading), [float(value) for value in submap["link_covariance"]])
+        graph.edges.append(Edge(index, index + 1, (x, y, heading), information))
+    return graph
+
+
+def read_estimate(directory: Path) -> Estimate:
+    """The estimate of a finished run, as far as its files hold it."""
+    final = read_tum(directory / TRAJECTORY_FILE)
+    summary = read_json(directory / SUMMARY_FILE)
+    consistency = read_table(directory / CONSISTENCY_FILE, required=("time_s", "nis", "dof"))
+    return Estimate(
+        final=final,
+        final_covariance=_read_covariance(directory / COVARIANCE_FILE, len(final.time_s)),
+        online=read_tum(directory / ONLINE_FILE),
+        online_covariance=_read_covariance(directory / ONLINE_COVARIANCE_FILE, len(final.time_s)),
+        dead_reckoning=read_tum(directory / DEAD_RECKONING_FILE),
+        landmarks=_read_landmarks(directory / LANDMARKS_FILE, summary.get("landmark_ids") == "source"),
+        bases=_read_bases(directory / BASES_FILE),
+        update_time_s=consistency["time_s"],
+    )
+
+
+def _read_covariance(path: Path, rows: int) -> FloatArray:
+    table = read_table(path, required=COVARIANCE_NAMES)
+    if table.rows != rows:
+        raise UserError(f"{path}: has {table.rows} rows where the trajectory has {rows}; run the mission again")
+    return table.stacked(COVARIANCE_NAMES[1:])
+
+
+def _read_landmarks(path: Path, ids_are_of_source: bool) -> Landmarks:
+    table = read_table(path, required=tuple(LANDMARK_HEADER.split(",")))
+    return Landmarks(
+        whole_numbers(table, "id"),
+        ids_are_of_source,
+        table.stacked(("x_m", "y_m")),
+        table.stacked(("var_xx", "cov_xy", "var_yy")),
+        whole_numbers(table, "times_seen"),
+        whole_numbers(table, "submap"),
+    )
+
+
+def _read_bases(path: Path) -> Bases | None:
+    if not path.is_file():
+        return None
+    with np.load(path, allow_pickle=False) as archive:
+        return Bases(archive["time_s"], archive["pose"], archive["joint_covariance"])
+
+
+def replace_json(path: Path, document: Mapping[str, Any]) -> None:
+    write_file(path, json_text(document))

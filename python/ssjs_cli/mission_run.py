@@ -1,0 +1,335 @@
+"""One mission through the estimator: files in, a run directory out."""
+
+import hashlib
+import os
+import resource
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ssjs_cli import _core
+from ssjs_cli.config import (
+    ASSOCIATION_KEY,
+    DEFAULT_SEED,
+    METHOD_KEY,
+    VEHICLE_KEY,
+    Layer,
+    Settings,
+    checked_seed,
+    layer_from_assignments,
+    layer_from_file,
+    layer_from_flag,
+    layer_from_tables,
+    resolve,
+)
+from ssjs_cli.errors import UserError
+from ssjs_cli.evaluation import Evaluation, evaluate
+from ssjs_cli.formats.atomic import check_replaceable, new_directory
+from ssjs_cli.formats.mission import MISSION_FILE, Mission, Observations, Odometry, input_digests, mission_directory, read_mission
+from ssjs_cli.formats.number_table import FloatArray
+from ssjs_cli.formats.run_directory import (
+    CONFIG_FILE,
+    LOG_FILE,
+    MEASURED_KEYS,
+    MISSION_LINK_FILE,
+    REFERENCE_KEYS,
+    STEP_TIME_KEYS,
+    SUMMARY_FILE,
+    TIME_KEYS,
+    TIMING_FILE,
+    Estimate,
+    estimate_of,
+    json_text,
+    numbers_of,
+    why_not_a_run,
+    write_estimate,
+)
+from ssjs_cli.progress import interruptible, working
+from ssjs_cli.session import Session
+
+RUN_KIND = "run directory"
+RANGE_SIGMA_KEY = "sensor.range_sigma_m"
+BEARING_SIGMA_KEY = "sensor.bearing_sigma_rad"
+# Beyond the last odometry record the motion is unknown: later observations cannot be used.
+MAX_OBSERVATION_LAG_S = 1.0
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """What the user asked for. None means: not said."""
+
+    mission_path: Path
+    out: Path | None = None
+    seed: int | None = None
+    method: str | None = None
+    association: str | None = None
+    config_path: Path | None = None
+    assignments: Sequence[str] = ()
+    calibrate: bool = False
+    force: bool = False
+
+
+@dataclass
+class FinishedRun:
+    directory: Path
+    summary: dict[str, Any]
+    lost: list[str] = field(default_factory=list)
+
+
+@dataclass
+class _Stopwatch:
+    """Wall time of each part of the call, for timing.json."""
+
+    parts_s: dict[str, float] = field(default_factory=dict)
+    started_s: float = field(default_factory=time.perf_counter)
+    lap_s: float = field(default_factory=time.perf_counter)
+
+    def lap(self, name: str) -> None:
+        now_s = time.perf_counter()
+        self.parts_s[f"{name}_s"] = round(now_s - self.lap_s, 6)
+        self.lap_s = now_s
+
+
+def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> tuple[Settings, int]:
+    """defaults < mission.toml [settings] < --config file < --set < flags; the seed: default < file < --seed."""
+    layers = [layer_from_tables(mission.settings, f"{directory / MISSION_FILE} [settings]")]
+    file_seed = None
+    if request.config_path is not None:
+        layer, file_seed = layer_from_file(request.config_path)
+        layers.append(layer)
+    layers.append(layer_from_assignments(request.assignments))
+    layers.append(layer_from_flag("--method", METHOD_KEY, request.method))
+    layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association))
+    if all(VEHICLE_KEY not in layer.values for layer in layers):
+        layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
+    seed = request.seed if request.seed is not None else file_seed
+    return resolve(layers), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+
+
+def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[str]) -> Any:
+    """The records of a mission as the estimator takes them."""
+    kind = settings.values[VEHICLE_KEY]
+    if kind != mission.odometry.kind:
+        raise UserError(
+            f"{directory / 'odometry.csv'}: holds {mission.odometry.kind} odometry and {VEHICLE_KEY} is {kind} "
+            f'({settings.origin.get(VEHICLE_KEY, "default")}); set {VEHICLE_KEY} = "{mission.odometry.kind}" or give other columns'
+        )
+    if mission.observations is not None and mission.scans is not None:
+        raise UserError(f"{directory}: holds both observations.csv and scans.npz, which would be used twice; remove one of them")
+    log = _core.MissionLog()
+    try:
+        _add_odometry(log, mission.odometry)
+        last_time_s = float(mission.odometry.time_s[-1]) + MAX_OBSERVATION_LAG_S
+        if mission.observations is not None:
+            observations = mission.observations
+            used = observations.time_s <= last_time_s
+            _note_unused(used, "observations", lost)
+            log.add_features(
+                observations.time_s[used],
+                observations.range_m[used],
+                observations.bearing_rad[used],
+                _observation_covariance(observations, settings)[used],
+                None if observations.landmark_id is None else observations.landmark_id[used],
+            )
+        if mission.scans is not None:
+            scans = mission.scans
+            used = scans.time_s <= last_time_s
+            _note_unused(used, "scans", lost)
+            log.add_scans(scans.time_s[used], np.ascontiguousarray(scans.range_m[used]), scans.first_angle_rad, scans.step_rad)
+    except ValueError as error:
+        raise UserError(f"{directory}: {error}") from error
+    return log
+
+
+def _observation_covariance(observations: Observations, settings: Settings) -> FloatArray:
+    """(n, 3) var_range, cov, var_bearing: of the log, or the sensor's where the log gives none."""
+    if observations.covariance is not None:
+        return observations.covariance
+    range_sigma_m, bearing_sigma_rad = (float(settings.values[key] or 0.0) for key in (RANGE_SIGMA_KEY, BEARING_SIGMA_KEY))
+    return np.tile([range_sigma_m**2, 0.0, bearing_sigma_rad**2], (len(observations.time_s), 1))
+
+
+def _note_unused(used: Any, what: str, lost: list[str]) -> None:
+    count = int((~used).sum())
+    if count:
+        lag = f"more than {MAX_OBSERVATION_LAG_S:g} s after the last odometry record"
+        lost.append(f"{count} of {len(used)} {what} come {lag} and were not used")
+
+
+def _add_odometry(log: Any, odometry: Odometry) -> None:
+    columns = [np.ascontiguousarray(column) for column in odometry.values.T]
+    if odometry.kind == "ackerman":
+        log.add_ackerman(*columns)
+    elif odometry.kind == "unicycle":
+        log.add_velocity(*columns)
+    else:
+        time_s, dx_m, dy_m, dheading_rad, sigma_x_m, sigma_y_m, sigma_heading_rad = columns
+        zero = np.zeros(len(time_s))
+        covariance = np.column_stack([sigma_x_m**2, zero, zero, sigma_y_m**2, zero, sigma_heading_rad**2])
+        log.add_increments(time_s, dx_m, dy_m, dheading_rad, covariance)
+
+
+def default_out(mission_name: str, method: str) -> Path:
+    return Path("runs") / f"{path_name(mission_name)}-{method}"
+
+
+def path_name(text: str) -> str:
+    """A name for people as a name for a directory: letters, digits, dots, dashes and underscores."""
+    kept = "".join(character if character.isalnum() or character in "._-" else "-" for character in text.strip())
+    return kept.strip(".-") or "mission"
+
+
+def run_mission(request: RunRequest, session: Session) -> FinishedRun:
+    stopwatch = _Stopwatch()
+    directory = mission_directory(request.mission_path)
+    with working("reading the mission"):
+        mission = read_mission(directory)
+        digests = input_digests(directory)
+    settings, seed = resolve_settings(request, directory, mission)
+    out = request.out or default_out(mission.name, settings.method)
+    session.fault_log = out.with_name(out.name + ".fault.jsonl")
+    check_replaceable(out, force=request.force, why_not_ours=why_not_a_run, kind=RUN_KIND)
+    lost: list[str] = []
+    warnings: list[str] = []
+    log = build_log(mission, settings, directory, lost)
+    if mission.observations is None and mission.scans is None:
+        warnings.append("the mission holds no observations: the answer is dead reckoning")
+        session.warn(f"{directory}: {warnings[-1]}")
+    stopwatch.lap("read")
+    session.log("mission read", mission=mission.name, seed=seed, method=settings.method, origin=dict(settings.origin), digests=digests)
+
+    with new_directory(out, force=request.force, why_not_ours=why_not_a_run, kind=RUN_KIND) as partial:
+        if request.calibrate:
+            settings = _calibrated(settings, log, seed, session)
+            stopwatch.lap("calibrate")
+        with interruptible("estimating") as progress:
+            result = run_estimator(settings.values, log, seed, progress)
+        stopwatch.lap("estimate")
+        estimate = estimate_of(result)
+        with working("writing the results"):
+            write_estimate(partial, estimate, result, mission.geodetic)
+            evaluation = evaluate(estimate, mission.reference)
+            evaluation.write(partial)
+        lost += evaluation.lost
+        config_text = settings.to_toml(seed)
+        (partial / CONFIG_FILE).write_text(config_text, encoding="utf-8")
+        link = {"mission": os.path.relpath(directory.resolve(), out.resolve()), "mission_name": mission.name}
+        (partial / MISSION_LINK_FILE).write_text(json_text(link), encoding="utf-8")
+        stopwatch.lap("write")
+        timing = _timing(result, stopwatch)
+        (partial / TIMING_FILE).write_text(json_text(timing), encoding="utf-8")
+        summary = _summary(mission, settings, seed, digests, config_text, result, estimate, evaluation, timing, warnings, lost)
+        (partial / SUMMARY_FILE).write_text(json_text(summary), encoding="utf-8")
+        for text in lost:
+            session.log("lost", level="warning", text=text)
+        session.log("run finished", steps=summary["steps"], time_total_s=summary["time_total_s"])
+        (partial / LOG_FILE).write_text(session.log_lines(), encoding="utf-8")
+    return FinishedRun(out, summary, lost)
+
+
+def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Callable[[float], bool]) -> dict[str, Any]:
+    try:
+        return _core.run(dict(settings), log, seed, progress)
+    except ValueError as error:
+        raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error
+
+
+def _calibrated(settings: Settings, log: Any, seed: int, session: Session) -> Settings:
+    from ssjs_cli.calibrate import calibrate, expected_runs, plan_for
+
+    plan = plan_for(settings)
+    total_runs, finished_runs = expected_runs(plan), 0
+    with interruptible("calibrating") as progress:
+
+        def nis_of(values: Mapping[str, Any]) -> tuple[Any, Any]:
+            nonlocal finished_runs
+            result = run_estimator(values, log, seed, lambda fraction: progress((finished_runs + fraction) / total_runs))
+            finished_runs += 1
+            updates = result["updates"]
+            return np.asarray(updates["nis"], dtype=np.float64), np.asarray(updates["dof"], dtype=np.int64)
+
+        calibration = calibrate(settings, nis_of, plan)
+    for key, value in calibration.changes.items():
+        scanned = [[entry.value, entry.cost] for entry in calibration.scanned[key]]
+        session.log("calibrated", key=key, value=value, scanned=scanned)
+        session.message(f"calibrated {key} = {value:.6g}")
+    return settings.replaced(calibration.changes, "--calibrate")
+
+
+def _timing(result: Mapping[str, Any], stopwatch: _Stopwatch) -> dict[str, Any]:
+    step_time_us = np.asarray(result["step_time_us"], dtype=np.float64)
+    quantiles = np.percentile(step_time_us, [50.0, 99.0, 100.0]).tolist() if len(step_time_us) else [None] * 3
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    bytes_per_unit = 1 if sys.platform == "darwin" else 1024
+    timing: dict[str, Any] = {key: result["timing"].get(key) for key in TIME_KEYS}
+    timing.update({key: _tidy(value) for key, value in zip(STEP_TIME_KEYS, quantiles, strict=True)})
+    timing["peak_rss_mb"] = round(usage.ru_maxrss * bytes_per_unit / 1e6, 1)
+    timing["wall_s"] = round(time.perf_counter() - stopwatch.started_s, 6)
+    timing["cpu_user_s"], timing["cpu_system_s"] = round(usage.ru_utime, 6), round(usage.ru_stime, 6)
+    timing["parts"] = dict(stopwatch.parts_s)
+    return timing
+
+
+def _tidy(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)
+
+
+def _summary(
+    mission: Mission,
+    settings: Settings,
+    seed: int,
+    digests: Mapping[str, str],
+    config_text: str,
+    result: Mapping[str, Any],
+    estimate: Estimate,
+    evaluation: Evaluation,
+    timing: Mapping[str, Any],
+    warnings: Sequence[str],
+    lost: Sequence[str],
+) -> dict[str, Any]:
+    counters = result["counters"]
+    summary: dict[str, Any] = {
+        "mission": mission.name,
+        "method": settings.method,
+        "association": settings.values[ASSOCIATION_KEY],
+        "version": _core.version(),
+        "seed": seed,
+        "input_digests": dict(digests),
+        "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
+        "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
+    }
+    summary.update({key: counters.get(key) for key in MEASURED_KEYS})
+    summary.update({key: timing[key] for key in (*TIME_KEYS, *STEP_TIME_KEYS, "peak_rss_mb")})
+    summary.update({key: evaluation.summary[key] for key in REFERENCE_KEYS})
+    summary.update(_nis_summary(result["updates"]))
+    summary["half_chi2_initial"] = _number_or_none(counters, result["timing"], "half_chi2_initial")
+    summary["half_chi2_final"] = _number_or_none(counters, result["timing"], "half_chi2_final")
+    summary.update({key: value for key, value in numbers_of(counters).items() if key not in summary})
+    fusion_dof = counters.get("fusion_dof")
+    summary["fusion_chi2_per_dof"] = round(float(result["fusion_chi2"]) / fusion_dof, 6) if fusion_dof else None
+    summary["warnings"] = list(warnings)
+    summary["lost"] = list(lost)
+    return summary
+
+
+def _number_or_none(counters: Mapping[str, Any], timing: Mapping[str, Any], key: str) -> float | None:
+    value = counters.get(key, timing.get(key))
+    return None if value is None else float(value)
+
+
+def _nis_summary(updates: Mapping[str, Any]) -> dict[str, Any]:
+    """nis_mean is per degree of freedom, because scans differ in their number of pairings."""
+    nis = np.asarray(updates["nis"], dtype=np.float64)
+    if len(nis) == 0:
+        return {"nis_mean": None, "nis_inside_fraction": None, "nis_above_fraction": None}
+    consistency = _core.consistency_summary(nis, np.asarray(updates["dof"], dtype=np.int64))
+    return {
+        "nis_mean": round(float(consistency["mean_per_dof"]), 6),
+        "nis_inside_fraction": round(float(consistency["inside_fraction"]), 6),
+        "nis_above_fraction": round(float(consistency["above_fraction"]), 6),
+    }
