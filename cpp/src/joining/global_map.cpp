@@ -1,6 +1,7 @@
 #include "ssjs/joining/global_map.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <set>
 #include <string>
@@ -55,8 +56,9 @@ void GlobalMap::attach(const LiveMap& map) {
   const Se2& global_T_base = pose(map.base);
   poses_[static_cast<std::size_t>(next)] = global_T_base * base_T_next.mean;
   set_factor(map);
-  stale_ = true;
-  if (!sparse_) {  // (J-5): the exit pose is independent of everything before it
+  if (sparse_) {
+    if (!stale_) extend_tail(map);
+  } else {  // (J-5): the exit pose is independent of everything before it
     const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
     if (P_.rows() < n + 3) P_.conservativeResize(2 * (n + 3), 2 * (n + 3));
     const Eigen::Index at = 3 * position(live_, map.base);
@@ -70,14 +72,50 @@ void GlobalMap::attach(const LiveMap& map) {
   if (!sparse_ && live_.size() > dense_bases_) go_sparse();
 }
 
-void GlobalMap::replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence) {
+void GlobalMap::replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence, const std::vector<const LiveMap*>& changed) {
   if (!sparse_) correct(evidence);
   factors_.erase(a);
   factors_.erase(b);
   set_factor(joined);
+  for (const LiveMap* const map : changed) set_factor(*map);
   forget_unused_bases();
-  if (sparse_) sparse_solver_.optimize(factors_, poses_);
+  if (!sparse_) return;
+  sparse_solver_.optimize(factors_, poses_);
+  tail_.clear();
   stale_ = false;
+}
+
+void GlobalMap::extend_tail(const LiveMap& map) {
+  const GaussianSe2 base_T_next{map.base_T_pose(0), map.covariance.topLeftCorner<3, 3>()};
+  const Eigen::Matrix3d J1 = compose_jacobian_left(pose(map.base), base_T_next.mean);
+  const Eigen::Matrix3d J2 = compose_jacobian_right(pose(map.base));
+  const Eigen::Matrix3d own = J2 * base_T_next.covariance * J2.transpose();
+  if (tail_.empty()) {
+    anchor_ = map.base;
+    tail_.push_back({map.poses.front(), J1, own});
+  } else {
+    tail_.push_back({map.poses.front(), J1 * tail_.back().to_anchor, J1 * tail_.back().noise * J1.transpose() + own});
+  }
+}
+
+Eigen::Matrix3d GlobalMap::sparse_cross_covariance(int row_base, int column_base) const {
+  const auto in_tail = [&](int base) {
+    const auto found = std::lower_bound(tail_.begin(), tail_.end(), base, [](const TailBase& link, int b) { return link.base < b; });
+    return found != tail_.end() && found->base == base ? &*found : nullptr;
+  };
+  const TailBase* const row = in_tail(row_base);
+  const TailBase* const column = in_tail(column_base);
+  Eigen::Matrix3d cross = sparse_solver_.cross_covariance(row != nullptr ? anchor_ : row_base, column != nullptr ? anchor_ : column_base);
+  if (row != nullptr) cross = (row->to_anchor * cross).eval();
+  if (column != nullptr) cross = (cross * column->to_anchor.transpose()).eval();
+  if (row == nullptr || column == nullptr) return cross;
+  // the later one carries the earlier one's noise on: Phi = to_anchor(later) * to_anchor(earlier)^-1
+  if (row_base <= column_base) {
+    const Eigen::Matrix3d Phi = column->to_anchor * row->to_anchor.inverse();
+    return cross + row->noise * Phi.transpose();
+  }
+  const Eigen::Matrix3d Phi = row->to_anchor * column->to_anchor.inverse();
+  return cross + Phi * column->noise;
 }
 
 void GlobalMap::correct(const JoinEvidence& evidence) {
@@ -147,12 +185,14 @@ void GlobalMap::forget_unused_bases() {
 void GlobalMap::go_sparse() {
   sparse_ = true;
   P_.resize(0, 0);
+  tail_.clear();
   stale_ = true;
 }
 
 void GlobalMap::relinearize() {
   if (!sparse_) go_sparse();
   sparse_solver_.optimize(factors_, poses_);
+  tail_.clear();
   stale_ = false;
 }
 
@@ -166,18 +206,23 @@ Eigen::Matrix<double, 6, 6> GlobalMap::covariance_bound(int base, int newest) co
   if (!sparse_) return covariance({base, newest});
   refresh();
   auto marginal = known_marginal_.find(base);
-  if (marginal == known_marginal_.end()) marginal = known_marginal_.emplace(base, sparse_solver_.cross_covariance(base, base)).first;
-  const Eigen::Matrix3d cross = sparse_solver_.cross_covariance(base, newest);
+  if (marginal == known_marginal_.end()) marginal = known_marginal_.emplace(base, sparse_cross_covariance(base, base)).first;
+  const Eigen::Matrix3d cross = sparse_cross_covariance(base, newest);
   Eigen::Matrix<double, 6, 6> joint;
-  joint << marginal->second, cross, cross.transpose(), sparse_solver_.cross_covariance(newest, newest);
+  joint << marginal->second, cross, cross.transpose(), sparse_cross_covariance(newest, newest);
   return joint;
 }
 
 Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
   if (sparse_) {
     refresh();
-    Eigen::MatrixXd joint = sparse_solver_.covariance(bases);
+    Eigen::MatrixXd joint(3 * bases.size(), 3 * bases.size());
     for (std::size_t i = 0; i < bases.size(); ++i) {
+      for (std::size_t j = 0; j <= i; ++j) {
+        const Eigen::Matrix3d cross = sparse_cross_covariance(bases[i], bases[j]);
+        joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = cross;
+        joint.block<3, 3>(static_cast<Eigen::Index>(3 * j), static_cast<Eigen::Index>(3 * i)) = cross.transpose();
+      }
       known_marginal_[bases[i]] = joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * i));
     }
     return joint;

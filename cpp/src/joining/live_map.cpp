@@ -67,6 +67,27 @@ LiveMap live_map_of(const Submap& submap) {
   return map;
 }
 
+void remove_poses(LiveMap& map, const std::vector<Eigen::Index>& removed) {
+  if (removed.empty()) return;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < map.pose_count(); ++i) {
+    if (std::find(removed.begin(), removed.end(), i) == removed.end()) kept.push_back(i);
+  }
+  const Eigen::Index landmark_rows = 2 * map.landmark_count();
+  Eigen::VectorXi rows(static_cast<Eigen::Index>(3 * kept.size()) + landmark_rows);
+  Eigen::Index row = 0;
+  for (const Eigen::Index pose : kept) {
+    for (Eigen::Index c = 0; c < 3; ++c) rows(row++) = static_cast<int>(3 * pose + c);
+  }
+  for (Eigen::Index i = 0; i < landmark_rows; ++i) rows(row++) = static_cast<int>(map.landmark_offset(0) + i);
+  map.mean = Eigen::VectorXd(map.mean(rows));
+  map.covariance = Eigen::MatrixXd(map.covariance(rows, rows));
+  std::vector<int> poses;
+  for (const Eigen::Index pose : kept) poses.push_back(map.poses[static_cast<std::size_t>(pose)]);
+  map.poses = std::move(poses);
+  map.ports = 0;
+}
+
 void set_ports(LiveMap& map, const std::vector<bool>& is_port) {
   std::vector<Eigen::Index> order(map.poses.size());
   std::iota(order.begin(), order.end(), Eigen::Index{0});

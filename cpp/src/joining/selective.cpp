@@ -46,17 +46,6 @@ std::optional<int> count_wrong(const std::vector<Pair>& pairs, const LiveMap& a,
   return wrong;
 }
 
-bool contains(const std::vector<int>& sorted, int value) { return std::binary_search(sorted.begin(), sorted.end(), value); }
-
-/// A base is internal when the submap that ends there and the one that starts there are both inside.
-std::vector<bool> ports_of(const LiveMap& map, int newest_base) {
-  std::vector<bool> is_port;
-  for (const int base : map.poses) {
-    is_port.push_back(base == 0 || base == newest_base || !contains(map.members, base - 1) || !contains(map.members, base));
-  }
-  return is_port;
-}
-
 }  // namespace
 
 SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
@@ -77,6 +66,7 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
   const int needed = std::max(config_.min_pairs, static_cast<int>(std::ceil(config_.fusion_threshold * smaller - 1e-9)));
   const bool comparable = fresh.landmark_count() >= needed;
   const std::vector<int> candidates = comparable ? nearby_maps(fresh, submap.index) : std::vector<int>{};
+  replace_users(fresh, 1);
   maps_.emplace(submap.index, std::move(fresh));
 
   int current = submap.index;  // base of the map that holds the new submap; fused maps go on as the new one
@@ -181,11 +171,75 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     attempt.reason = "the maps do not fit on each other (chi-squared)";
     return false;
   }
-  set_ports(fusion.map, ports_of(fusion.map, newest_base_));
-  global_.replace(a_base, b_base, fusion.map, evidence_of(meeting, pairs));
+  const JoinEvidence evidence = evidence_of(meeting, pairs);
+  replace_users(a, -1);
+  replace_users(b, -1);
   maps_.erase(b_base);
+  replace_users(fusion.map, 1);
+  std::vector<const LiveMap*> changed;
+  for (const int loosened : loosen_ties(fusion.map)) {
+    LiveMap& other = maps_.at(loosened);
+    set_ports(other, ports_of(other));
+    changed.push_back(&other);
+  }
+  freeze_inner_poses(fusion.map);
+  set_ports(fusion.map, ports_of(fusion.map));
+  global_.replace(a_base, b_base, fusion.map, evidence, changed);
   maps_.insert_or_assign(a_base, std::move(fusion.map));
   return true;
+}
+
+void SelectiveJoiner::replace_users(const LiveMap& map, int change) {
+  users_[map.base] += change;
+  for (const int base : map.poses) users_[base] += change;
+}
+
+/// A base is a port where another live map, the vehicle or the world attaches.
+std::vector<bool> SelectiveJoiner::ports_of(const LiveMap& map) const {
+  std::vector<bool> is_port;
+  for (const int base : map.poses) is_port.push_back(base == 0 || base == newest_base_ || users_.at(base) > 1);
+  return is_port;
+}
+
+std::vector<int> SelectiveJoiner::loosen_ties(LiveMap& fused) {
+  std::vector<int> loosened;
+  std::vector<Eigen::Index> removed;
+  for (const auto& [other_base, other] : maps_) {
+    if (other_base == fused.base) continue;
+    std::vector<std::pair<double, Eigen::Index>> shared;  // variance in `fused`, pose
+    for (Eigen::Index i = 0; i < fused.pose_count(); ++i) {
+      const int base = fused.poses[static_cast<std::size_t>(i)];
+      if (base == 0 || base == newest_base_ || !other.pose_of(base)) continue;
+      shared.emplace_back(fused.covariance(LiveMap::pose(i), LiveMap::pose(i)).trace(), i);
+    }
+    if (static_cast<int>(shared.size()) <= config_.max_shared_bases) continue;
+    std::sort(shared.begin(), shared.end());
+    for (std::size_t k = static_cast<std::size_t>(config_.max_shared_bases); k < shared.size(); ++k) {
+      removed.push_back(shared[k].second);
+      --users_.at(fused.poses[static_cast<std::size_t>(shared[k].second)]);  // from now on inside `other` alone
+    }
+    loosened.push_back(other_base);
+  }
+  remove_poses(fused, removed);
+  return loosened;
+}
+
+void SelectiveJoiner::freeze_inner_poses(LiveMap& fused) {
+  const std::vector<bool> is_port = ports_of(fused);
+  std::vector<std::pair<int, Eigen::Index>> inner;  // base, pose; the oldest first
+  for (Eigen::Index i = 0; i < fused.pose_count(); ++i) {
+    if (!is_port[static_cast<std::size_t>(i)]) inner.emplace_back(fused.poses[static_cast<std::size_t>(i)], i);
+  }
+  if (static_cast<int>(inner.size()) <= config_.max_inner_poses) return;
+  std::sort(inner.begin(), inner.end());
+  inner.resize(inner.size() - static_cast<std::size_t>(config_.max_inner_poses));
+  std::vector<Eigen::Index> removed;
+  for (const auto& [base, pose] : inner) {
+    frozen_.push_back({base, fused.base, {fused.base_T_pose(pose), fused.covariance(LiveMap::pose(pose), LiveMap::pose(pose))}});  // (J-18)
+    users_.erase(base);
+    removed.push_back(pose);
+  }
+  remove_poses(fused, removed);
 }
 
 GaussianSe2 SelectiveJoiner::global_T_newest_base() const {
@@ -227,6 +281,19 @@ WorldEstimate SelectiveJoiner::estimate() const {
                                     map.landmarks[static_cast<std::size_t>(i)], base});
     }
     estimate.maps.push_back({base, map.members, static_cast<int>(map.landmark_count())});
+  }
+  for (auto frozen = frozen_.rbegin(); frozen != frozen_.rend(); ++frozen) {  // (J-18): a reference was frozen after what hangs on it
+    const Se2& global_T_reference = estimate.global_T_base[static_cast<std::size_t>(frozen->reference)];
+    estimate.global_T_base[static_cast<std::size_t>(frozen->base)] = global_T_reference * frozen->reference_T_base.mean;
+    const Eigen::Matrix3d J1 = compose_jacobian_left(global_T_reference, frozen->reference_T_base.mean);
+    const Eigen::Matrix3d J2 = compose_jacobian_right(global_T_reference);
+    const auto row = static_cast<Eigen::Index>(3 * frozen->base);
+    const auto from = static_cast<Eigen::Index>(3 * frozen->reference);
+    J.middleRows<3>(row) = J1 * J.middleRows<3>(from);
+    noise.middleRows<3>(row) = J1 * noise.middleRows<3>(from);
+    noise.middleCols<3>(row) = noise.middleCols<3>(from) * J1.transpose();
+    noise.block<3, 3>(row, row) = J1 * noise.block<3, 3>(from, from) * J1.transpose() +
+                                  J2 * frozen->reference_T_base.covariance * J2.transpose();
   }
   estimate.base_covariance = J * P * J.transpose() + noise;
   return estimate;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -15,14 +14,8 @@ namespace {
 
 constexpr int kMaxIterations = 20;
 constexpr int kMaxHalvings = 8;
-constexpr double kConvergedStep = 1e-9;      // m and rad, largest component
+constexpr double kConvergedStep = 1e-6;      // m and rad, largest component; convergence is quadratic near the end
 constexpr double kRelativeDecrease = 1e-10;  // of the cost
-
-std::vector<Se2> ports_of(const PortFactor& factor, const std::vector<Se2>& poses) {
-  std::vector<Se2> ports;
-  for (const int port : factor.ports) ports.push_back(poses[static_cast<std::size_t>(port)]);
-  return ports;
-}
 
 }  // namespace
 
@@ -43,7 +36,7 @@ struct SparsePoseSolver::Implementation {
   cholmod_sparse* hessian = nullptr;  // lower triangle
   cholmod_factor* factor = nullptr;
   std::vector<int> unknowns;          // base indices, ascending, without 0
-  std::map<int, int> slot;            // base index -> position among the unknowns
+  std::vector<int> slots;             // by base index: position among the unknowns, -1 for none
   Eigen::VectorXd gradient;
 
   Implementation() {
@@ -66,58 +59,82 @@ struct SparsePoseSolver::Implementation {
     cholmod_free_factor(&factor, &common);
   }
 
+  [[nodiscard]] int slot_of(int base) const {
+    const int slot = base >= 0 && static_cast<std::size_t>(base) < slots.size() ? slots[static_cast<std::size_t>(base)] : -1;
+    if (slot < 0) throw InvalidArgument("base", base, "is not among the bases of the factors");
+    return slot;
+  }
+
   /// Names the unknowns and analyses the pattern of J' W J (lower triangle, 3 x 3 blocks) once for these factors.
   void prepare(const std::map<int, PortFactor>& factors) {
     clear();
-    std::set<int> named;
+    columns.clear();
+    int largest = 0;
     for (const auto& [base, port_factor] : factors) {
-      named.insert(base);
-      named.insert(port_factor.ports.begin(), port_factor.ports.end());
+      largest = std::max(largest, base);
+      for (const int port : port_factor.ports) largest = std::max(largest, port);
     }
-    named.erase(0);
-    unknowns.assign(named.begin(), named.end());
-    slot.clear();
-    for (std::size_t i = 0; i < unknowns.size(); ++i) slot[unknowns[i]] = static_cast<int>(i);
-    std::vector<std::set<int>> below(unknowns.size());
+    slots.assign(static_cast<std::size_t>(largest) + 1, -1);
     for (const auto& [base, port_factor] : factors) {
-      const std::vector<int> touched = slots(port_factor);
+      slots[static_cast<std::size_t>(base)] = 0;
+      for (const int port : port_factor.ports) slots[static_cast<std::size_t>(port)] = 0;
+    }
+    slots[0] = -1;
+    unknowns.clear();
+    for (std::size_t base = 0; base < slots.size(); ++base) {
+      if (slots[base] < 0) continue;
+      slots[base] = static_cast<int>(unknowns.size());
+      unknowns.push_back(static_cast<int>(base));
+    }
+    std::vector<std::vector<int>> below(unknowns.size());  // row blocks of every column of blocks
+    for (const auto& [base, port_factor] : factors) {
+      const std::vector<int> touched = touched_by(port_factor);
       for (const int a : touched) {
+        if (a < 0) continue;
         for (const int b : touched) {
-          if (a >= 0 && b >= a) below[static_cast<std::size_t>(a)].insert(b);
+          if (b >= a) below[static_cast<std::size_t>(a)].push_back(b);
         }
       }
     }
     std::size_t entries = 0;
-    for (const auto& rows : below) entries += 9 * rows.size();
+    for (auto& rows : below) {
+      std::sort(rows.begin(), rows.end());
+      rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+      entries += 9 * rows.size();
+    }
     const std::size_t n = 3 * unknowns.size();
     hessian = cholmod_allocate_sparse(n, n, entries, 1, 1, -1, CHOLMOD_REAL, &common);
     auto* column_start = static_cast<int*>(hessian->p);
     auto* row_index = static_cast<int*>(hessian->i);
     int entry = 0;
-    block_start.assign(unknowns.size(), {});
     for (std::size_t column = 0; column < unknowns.size(); ++column) {
       for (int c = 0; c < 3; ++c) {
         column_start[3 * column + static_cast<std::size_t>(c)] = entry;
         for (const int row : below[column]) {
-          if (c == 0) block_start[column][row] = entry;
           for (int r = 0; r < 3; ++r) row_index[entry++] = 3 * row + r;  // the upper part of a diagonal block is ignored (stype -1)
         }
       }
     }
     column_start[n] = entry;
-    column_blocks.resize(unknowns.size());
-    for (std::size_t column = 0; column < unknowns.size(); ++column) column_blocks[column] = static_cast<int>(below[column].size());
+    row_blocks = std::move(below);
     factor = cholmod_analyze(hessian, &common);
   }
+  std::vector<std::vector<int>> row_blocks;
 
-  std::vector<std::map<int, int>> block_start;  // per column of blocks: row of blocks -> first entry in its first column
-  std::vector<int> column_blocks;
-
-  [[nodiscard]] std::vector<int> slots(const PortFactor& port_factor) const {
-    const auto slot_of = [&](int base) { return base == 0 ? -1 : slot.at(base); };
-    std::vector<int> touched{slot_of(port_factor.base)};
-    for (const int port : port_factor.ports) touched.push_back(slot_of(port));
+  [[nodiscard]] std::vector<int> touched_by(const PortFactor& port_factor) const {
+    std::vector<int> touched{slots[static_cast<std::size_t>(port_factor.base)]};
+    for (const int port : port_factor.ports) touched.push_back(slots[static_cast<std::size_t>(port)]);
     return touched;
+  }
+
+  /// Adds a block of J' W J (rows of base a, columns of base b) where it falls into the lower triangle.
+  void add(int a, int b, const Eigen::Matrix3d& block) {
+    if (a < 0 || b < 0 || a < b) return;
+    const std::vector<int>& rows = row_blocks[static_cast<std::size_t>(b)];
+    const auto place = std::lower_bound(rows.begin(), rows.end(), a) - rows.begin();
+    const auto height = static_cast<std::ptrdiff_t>(3 * rows.size());
+    double* const first = static_cast<double*>(hessian->x) + static_cast<const int*>(hessian->p)[3 * b] + 3 * place;
+    Eigen::Map<Eigen::Matrix3d, 0, Eigen::OuterStride<>>(first, Eigen::OuterStride<>(height)) += block;
   }
 
   /// Fills J' W J and J' W r at `poses`; returns half chi-squared.
@@ -126,28 +143,42 @@ struct SparsePoseSolver::Implementation {
     std::fill(values, values + hessian->nzmax, 0.0);
     gradient.setZero(static_cast<Eigen::Index>(3 * unknowns.size()));
     double cost = 0.0;
+    std::vector<RelativePose> seen;
     for (const auto& [base, port_factor] : factors) {
-      const PortResidual at = port_residual(port_factor, poses[static_cast<std::size_t>(base)], ports_of(port_factor, poses));
-      const Eigen::MatrixXd WJ = port_factor.information * at.J;
-      const Eigen::MatrixXd JtWJ = at.J.transpose() * WJ;
-      const Eigen::VectorXd JtWr = WJ.transpose() * at.residual;
-      cost += 0.5 * at.residual.dot(port_factor.information * at.residual);
-      const std::vector<int> touched = slots(port_factor);
-      for (std::size_t a = 0; a < touched.size(); ++a) {
-        if (touched[a] < 0) continue;
-        gradient.segment<3>(3 * touched[a]) += JtWr.segment<3>(static_cast<Eigen::Index>(3 * a));
-        const auto column = static_cast<std::size_t>(touched[a]);
-        for (std::size_t b = 0; b < touched.size(); ++b) {
-          if (touched[b] < touched[a]) continue;
-          const int start = block_start[column].at(touched[b]);
-          for (Eigen::Index c = 0; c < 3; ++c) {
-            for (Eigen::Index r = 0; r < 3; ++r) {
-              values[start + 3 * column_blocks[column] * static_cast<int>(c) + static_cast<int>(r)] +=
-                  JtWJ(static_cast<Eigen::Index>(3 * b) + r, static_cast<Eigen::Index>(3 * a) + c);
-            }
-          }
+      const Se2& global_T_base = poses[static_cast<std::size_t>(base)];
+      const Eigen::MatrixXd& W = port_factor.information;
+      const auto p = static_cast<Eigen::Index>(port_factor.ports.size());
+      seen.clear();
+      Eigen::VectorXd residual(3 * p);
+      for (Eigen::Index i = 0; i < p; ++i) {
+        seen.push_back(relative_pose(global_T_base, poses[static_cast<std::size_t>(port_factor.ports[static_cast<std::size_t>(i)])]));
+        residual.segment<3>(3 * i) = additive_difference(seen.back().i_T_j, Se2::from_vector(port_factor.mean.segment<3>(3 * i)));  // (J-4)
+      }
+      const Eigen::VectorXd W_residual = W * residual;
+      cost += 0.5 * residual.dot(W_residual);
+      const int at_base = slots[static_cast<std::size_t>(base)];
+      Eigen::Matrix3d base_block = Eigen::Matrix3d::Zero();
+      for (Eigen::Index i = 0; i < p; ++i) {
+        const RelativePose& row = seen[static_cast<std::size_t>(i)];
+        const int at_i = slots[static_cast<std::size_t>(port_factor.ports[static_cast<std::size_t>(i)])];
+        if (at_base >= 0) gradient.segment<3>(3 * at_base) += row.J_i.transpose() * W_residual.segment<3>(3 * i);
+        if (at_i >= 0) gradient.segment<3>(3 * at_i) += row.J_j.transpose() * W_residual.segment<3>(3 * i);
+        Eigen::Matrix3d port_base = Eigen::Matrix3d::Zero();  // rows of port i, columns of the base
+        for (Eigen::Index j = 0; j < p; ++j) {
+          const RelativePose& column = seen[static_cast<std::size_t>(j)];
+          const Eigen::Matrix3d W_ij = W.block<3, 3>(3 * i, 3 * j);
+          const Eigen::Matrix3d W_Ji = W_ij * column.J_i;
+          base_block.noalias() += row.J_i.transpose() * W_Ji;
+          port_base.noalias() += row.J_j.transpose() * W_Ji;
+          const int at_j = slots[static_cast<std::size_t>(port_factor.ports[static_cast<std::size_t>(j)])];
+          add(at_i, at_j, row.J_j.transpose() * W_ij * column.J_j);
+        }
+        if (at_i != at_base) {
+          add(at_i, at_base, port_base);
+          add(at_base, at_i, port_base.transpose());
         }
       }
+      add(at_base, at_base, base_block);
     }
     return cost;
   }
@@ -157,7 +188,7 @@ struct SparsePoseSolver::Implementation {
     auto found = columns.find(base);
     if (found == columns.end()) {
       Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * unknowns.size()), 3);
-      unit.middleRows<3>(3 * slot.at(base)).setIdentity();
+      unit.middleRows<3>(3 * slot_of(base)).setIdentity();
       found = columns.emplace(base, solve(unit)).first;
     }
     return found->second;
@@ -233,7 +264,7 @@ double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std:
 Eigen::Matrix3d SparsePoseSolver::cross_covariance(int row_base, int column_base) const {
   if (row_base == 0 || column_base == 0) return Eigen::Matrix3d::Zero();
   Implementation& self = *implementation_;
-  return self.columns_of(column_base).middleRows<3>(3 * self.slot.at(row_base));
+  return self.columns_of(column_base).middleRows<3>(3 * self.slot_of(row_base));
 }
 
 Eigen::MatrixXd SparsePoseSolver::covariance(const std::vector<int>& bases) const {

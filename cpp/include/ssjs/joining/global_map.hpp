@@ -34,7 +34,8 @@ class GlobalMap {
   void attach(const LiveMap& map);
 
   /// `joined` (ports set) replaces the maps at bases a and b; bases that are no longer anyone's base or port are marginalised out.
-  void replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence);
+  /// `changed`: other maps whose ports are fewer now.
+  void replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence, const std::vector<const LiveMap*>& changed);
 
   /// Gauss-Newton over all port factors, whatever the solver: the best estimate at the end of a mission.
   void relinearize();
@@ -52,7 +53,9 @@ class GlobalMap {
   void correct(const JoinEvidence& evidence);
   void forget_unused_bases();
   void go_sparse();
-  void refresh() const;  ///< sparse: the factor follows what was attached since
+  void refresh() const;  ///< sparse: factorises where that was not done yet
+  void extend_tail(const LiveMap& map);
+  [[nodiscard]] Eigen::Matrix3d sparse_cross_covariance(int row_base, int column_base) const;
 
   GlobalSolver solver_;
   std::size_t dense_bases_;
@@ -63,6 +66,14 @@ class GlobalMap {
   std::map<int, PortFactor> factors_;      ///< by the base of the map
   mutable SparsePoseSolver sparse_solver_;
   mutable bool stale_ = true;
+  /// Sparse: bases attached since the last factorisation hang on a chain behind the anchor, e = to_anchor * e_anchor + n, n ~ N(0, noise),
+  /// so that a closing without a loop costs no factorisation (J-5).
+  struct TailBase {
+    int base;
+    Eigen::Matrix3d to_anchor, noise;
+  };
+  std::vector<TailBase> tail_;
+  int anchor_ = 0;
   mutable std::map<int, Eigen::Matrix3d> known_marginal_;  ///< sparse: last solved
 };
 

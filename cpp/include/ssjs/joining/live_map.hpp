@@ -41,6 +41,9 @@ struct LiveMap {
 /// The live map of a finished submap: one port, the exit pose.
 [[nodiscard]] LiveMap live_map_of(const Submap& submap);
 
+/// Marginalises the listed poses (positions among `poses`) out; ports must be set anew afterwards.
+void remove_poses(LiveMap& map, const std::vector<Eigen::Index>& removed);
+
 /// Puts the poses for which is_port holds first and computes the conditional form. Throws NotPositiveDefinite naming the map.
 void set_ports(LiveMap& map, const std::vector<bool>& is_port);
 

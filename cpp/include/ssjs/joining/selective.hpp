@@ -27,6 +27,8 @@ struct SelectiveJoinerConfig {
   int node_budget = 1500;
   GlobalSolver solver = GlobalSolver::kInvariantEkf;
   int dense_bases = 200;
+  int max_shared_bases = 3;
+  int max_inner_poses = 24;
   bool final_adjustment = true;
   template <class Visitor>
   void visit(Visitor& v) {
@@ -44,11 +46,21 @@ struct SelectiveJoinerConfig {
     v.choice("solver", solver, Choices<GlobalSolver>{{"ekf", GlobalSolver::kInvariantEkf}, {"gauss-newton", GlobalSolver::kGaussNewton}},
              "global update: one invariant EKF step a fusion, or sparse Gauss-Newton over the port factors");
     v.field("dense_bases", dense_bases, Rule::at_least(2), "above so many live bases the EKF's dense covariance gives way to sparse port factors");
+    v.field("max_shared_bases", max_shared_bases, Rule::at_least(2),
+            "two fused maps keep at most so many base frames in common, the surest: an area visited again and again costs no more than before");
+    v.field("max_inner_poses", max_inner_poses, Rule::at_least(0), "a fused map keeps so many inner base frames in its state; older ones are frozen in its frame");
     v.field("final_adjustment", final_adjustment, "Gauss-Newton over all port factors at the end of the mission");
   }
 };
 
 struct Encounter;
+
+/// A base frame that left the state of its map: its pose in the frame of another base as it was known then (J-18).
+struct FrozenBase {
+  int base;
+  int reference;
+  GaussianSe2 reference_T_base;
+};
 
 class SelectiveJoiner final : public MapJoiner {
  public:
@@ -71,12 +83,20 @@ class SelectiveJoiner final : public MapJoiner {
   /// Compares the map at base `b` with the one at base `a`; fuses them when they share enough. True when fused (into base a).
   bool compare(int a, int b, int needed, LoopAttempt& attempt, JoinReport& report);
 
+  void replace_users(const LiveMap& map, int change);
+  [[nodiscard]] std::vector<bool> ports_of(const LiveMap& map) const;
+  /// Drops the bases that `fused` shares with other maps beyond max_shared_bases; returns the maps that now hold one alone.
+  [[nodiscard]] std::vector<int> loosen_ties(LiveMap& fused);
+  void freeze_inner_poses(LiveMap& fused);
+
   SelectiveJoinerConfig config_;
   AssociationMethod association_;
   std::optional<int> max_submap_landmarks_;
   Rng rng_;
   GlobalMap global_;
   std::map<int, LiveMap> maps_;  ///< live, by base
+  std::map<int, int> users_;     ///< by base: how many live maps hold it, as their own or as a pose
+  std::vector<FrozenBase> frozen_;
   int newest_base_ = 0;
 };
 
