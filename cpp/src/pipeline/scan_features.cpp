@@ -24,4 +24,10 @@ Features detect_features(const LaserScan& scan, const TreeDetectorConfig& trees,
   return usable_features(trunks, sensor);
 }
 
+std::optional<Features> observed_features(const Event& event, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor) {
+  if (const auto* scan = std::get_if<LaserScan>(&event.record)) return detect_features(*scan, trees, sensor);
+  if (const auto* features = std::get_if<Features>(&event.record)) return usable_features(*features, sensor);
+  return std::nullopt;
+}
+
 }  // namespace ssjs

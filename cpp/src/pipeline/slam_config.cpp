@@ -22,6 +22,9 @@ std::vector<std::string> SlamConfig::violations() const {
   if (!(trees.min_range_m < trees.max_range_m)) {
     all.push_back(is("trees.min_range_m", trees.min_range_m, "must be below trees.max_range_m =", trees.max_range_m));
   }
+  if (!(trees.min_diameter_m < trees.max_diameter_m)) {
+    all.push_back(is("trees.min_diameter_m", trees.min_diameter_m, "must be below trees.max_diameter_m =", trees.max_diameter_m));
+  }
   if (submap.split.max_landmarks && joining.max_fused_landmarks < *submap.split.max_landmarks) {
     all.push_back(is("joining.max_fused_landmarks", joining.max_fused_landmarks, "must be at least submap.max_landmarks =",
                      *submap.split.max_landmarks));

@@ -38,14 +38,13 @@ SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
 
 StepReport SlamPipeline::feed(const Event& event) {
   if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
-  check_event(event, time_s_, config_.vehicle.kind);
+  check_event(event, time_s_, config_.vehicle);
   const auto begin = Clock::now();
+  const std::optional<Features> scan = observed_features(event, config_.trees, config_.sensor);  // nothing has changed yet if it refuses
   StepReport report;
   advance(event.time_s);
-  if (const auto* scan = std::get_if<LaserScan>(&event.record)) {
-    observe(detect_features(*scan, config_.trees, config_.sensor), report);
-  } else if (const auto* features = std::get_if<Features>(&event.record)) {
-    observe(usable_features(*features, config_.sensor), report);
+  if (scan) {
+    observe(*scan, report);
   } else {
     move(event);
   }

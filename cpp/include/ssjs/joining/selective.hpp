@@ -26,8 +26,8 @@ struct SelectiveJoinerConfig {
   double fusion_probability = 0.99;
   int node_budget = 1500;
   GlobalSolver solver = GlobalSolver::kInvariantEkf;
-  int dense_bases = 200;
-  int max_shared_bases = 3;
+  int dense_bases = 500;
+  int max_shared_bases = 2;
   int max_inner_poses = 24;
   bool final_adjustment = true;
   template <class Visitor>

@@ -8,8 +8,8 @@
 
 namespace ssjs {
 
-/// Finite values, times that do not decrease, positive ranges, positive definite observation covariances, odometry of the configured
-/// kind. Throws InvalidArgument or NotPositiveDefinite naming the time.
-void check_event(const Event& event, std::optional<double> last_time_s, VehicleKind kind);
+/// Finite values, times that do not decrease, positive ranges, numbers that are covariances, odometry of the configured kind that its
+/// model can drive. Throws InvalidArgument or NotPositiveDefinite naming the time.
+void check_event(const Event& event, std::optional<double> last_time_s, const VehicleConfig& vehicle);
 
 }  // namespace ssjs

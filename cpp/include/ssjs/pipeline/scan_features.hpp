@@ -1,6 +1,9 @@
 /// From what a sensor delivers to the features that association may use.
 #pragma once
 
+#include <optional>
+
+#include "ssjs/features/event.hpp"
 #include "ssjs/features/feature.hpp"
 #include "ssjs/features/tree_detector.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
@@ -12,5 +15,8 @@ namespace ssjs {
 
 /// Trunks of a laser scan as usable features with the configured noise.
 [[nodiscard]] Features detect_features(const LaserScan& scan, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor);
+
+/// The usable features of an observation of any kind; nothing for odometry.
+[[nodiscard]] std::optional<Features> observed_features(const Event& event, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor);
 
 }  // namespace ssjs
