@@ -1,7 +1,7 @@
 # On a fresh Debian 12 with git and make, `make demo` and `make test` install what they need and run.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test build format format-check lint bench clean
+.PHONY: help setup demo test test-cpp test-python build format format-check lint bench clean
 
 help:
 	@echo "make demo    simulate a survey, run it, write the report (installs what is missing)"
@@ -23,8 +23,12 @@ setup:
 build: setup
 	@scripts/build.sh develop
 
-test: build
+test: test-cpp test-python
+
+test-cpp: build
 	ctest --test-dir build/release --label-exclude long --output-on-failure --no-tests=error --parallel $$(nproc)
+
+test-python: build
 	.venv/bin/python -m pytest -m "not long"
 
 format: setup

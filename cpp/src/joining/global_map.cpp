@@ -133,11 +133,11 @@ void GlobalMap::correct(const JoinEvidence& evidence) {
   }
   const Eigen::MatrixXd L = cholesky_lower(S, "innovation covariance of the bases", "map-to-map pairing");
   const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(PHt.transpose()).transpose();
-  const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);
+  const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);  // (J-14)
   auto P = P_.topLeftCorner(n, n);
   P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
   mirror_lower(P);
-  // (J-14): the step is additive; in invariant coordinates xi = M^-1 step, X <- Exp(xi) X, and the covariance, constant in xi,
+  // (J-15): the step is additive; in invariant coordinates xi = M^-1 step, X <- Exp(xi) X, and the covariance, constant in xi,
   // returns to additive coordinates at the new X: P <- T P T' with T = M(new) M(old)^-1, which only adds multiples of heading rows.
   Eigen::Matrix2Xd moved_by(2, n / 3);
   for (std::size_t i = 0; i < live_.size(); ++i) {

@@ -60,7 +60,7 @@ LiveMap live_map_of(const Submap& submap) {
   map.members = {submap.index};
   map.poses = {submap.index + 1};
   map.landmarks = submap.landmarks;
-  map.mean = submap.state.mean;  // the vehicle block is the exit pose: the layouts coincide
+  map.mean = submap.state.mean;  // (J-1): the vehicle block is the exit pose, the layouts coincide
   map.covariance = submap.state.covariance;
   map.covariance.topLeftCorner<3, 3>().diagonal().array() += kExitVariance;
   set_ports(map, {true});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "ssjs/association/joint_compatibility.hpp"
@@ -220,7 +222,7 @@ std::vector<int> SelectiveJoiner::loosen_ties(LiveMap& fused) {
     }
     loosened.push_back(other_base);
   }
-  remove_poses(fused, removed);
+  remove_poses(fused, removed);  // (J-19)
   return loosened;
 }
 
@@ -264,8 +266,10 @@ WorldEstimate SelectiveJoiner::estimate() const {
     J.block<3, 3>(3 * live[i], static_cast<Eigen::Index>(3 * i)).setIdentity();
   }
   Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  std::map<int, std::size_t> first_of;
   for (const auto& [base, map] : maps_) {
     const WorldMap world = to_world(map, global_);
+    first_of[base] = estimate.landmarks.size();
     for (Eigen::Index i = map.ports; i < map.pose_count(); ++i) {
       const int inner = map.poses[static_cast<std::size_t>(i)];
       estimate.global_T_base[static_cast<std::size_t>(inner)] = world.global_T_pose[static_cast<std::size_t>(i)];
@@ -296,7 +300,48 @@ WorldEstimate SelectiveJoiner::estimate() const {
                                   J2 * frozen->reference_T_base.covariance * J2.transpose();
   }
   estimate.base_covariance = J * P * J.transpose() + noise;
+  estimate.landmarks = without_duplicates(estimate.landmarks, first_of);
   return estimate;
+}
+
+std::vector<LandmarkEstimate> SelectiveJoiner::without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
+                                                                  const std::map<int, std::size_t>& first_of) const {
+  std::vector<std::size_t> group(landmarks.size());
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  const auto root = [&group](std::size_t i) {
+    while (group[i] != i) i = group[i] = group[group[i]];
+    return i;
+  };
+  const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
+  const std::optional<double> gate = ambiguity_gate();
+  for (auto a = maps_.begin(); a != maps_.end(); ++a) {
+    for (auto b = std::next(a); b != maps_.end(); ++b) {
+      const double centres = (global_.pose(a->first) * a->second.centroid - global_.pose(b->first) * b->second.centroid).norm();
+      if (centres > a->second.radius + b->second.radius + kReachMargin) continue;
+      const Encounter meeting = encounter(a->second, b->second, global_, kReachMargin);
+      if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) continue;
+      const std::vector<Pair> pairs = association_ == AssociationMethod::kKnown ? pair_by_identity(meeting, a->second, b->second)
+                                                                                : joint_compatibility(meeting.problem, joint).pairs;
+      if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) continue;
+      for (const Pair& pair : landmark_pairs(meeting, pairs)) {
+        const std::size_t i = root(first_of.at(a->first) + static_cast<std::size_t>(pair.prediction));
+        const std::size_t j = root(first_of.at(b->first) + static_cast<std::size_t>(pair.observation));
+        group[std::max(i, j)] = std::min(i, j);
+      }
+    }
+  }
+  std::map<std::size_t, LandmarkEstimate> surest;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const auto [place, is_first] = surest.emplace(root(i), landmarks[i]);
+    if (is_first) continue;
+    LandmarkEstimate& kept = place->second;
+    const int times_seen = kept.landmark.times_seen + landmarks[i].landmark.times_seen;
+    if (landmarks[i].position.covariance.trace() < kept.position.covariance.trace()) kept = landmarks[i];
+    kept.landmark.times_seen = times_seen;
+  }
+  std::vector<LandmarkEstimate> kept;
+  for (const auto& entry : surest) kept.push_back(entry.second);
+  return kept;
 }
 
 }  // namespace ssjs

@@ -196,6 +196,10 @@ struct SparsePoseSolver::Implementation {
   std::map<int, Eigen::MatrixXd> columns;
 
   void decompose() {
+    const auto* const values = static_cast<const double*>(hessian->x);
+    if (!std::all_of(values, values + hessian->nzmax, [](double value) { return std::isfinite(value); })) {  // CHOLMOD lets NaN through
+      throw NotPositiveDefinite("information matrix of the bases", "a port factor or a base is not finite");
+    }
     columns.clear();
     cholmod_factorize(hessian, factor, &common);
     if (common.status != CHOLMOD_OK) {

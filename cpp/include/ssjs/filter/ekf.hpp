@@ -1,5 +1,5 @@
 /// Extended Kalman filter over [vehicle | landmarks]: the one place that changes a local covariance.
-/// Thesis 3.2.7, 3.3.1 corrected; docs/math/ekf.md (F-1..F-7).
+/// Thesis 3.2.7, 3.3.1 corrected; docs/math/ekf.md (F-1..F-8).
 #pragma once
 
 #include <Eigen/Core>

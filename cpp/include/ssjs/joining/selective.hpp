@@ -80,12 +80,16 @@ class SelectiveJoiner final : public MapJoiner {
   [[nodiscard]] std::optional<double> ambiguity_gate() const;
   [[nodiscard]] std::vector<int> nearby_maps(const LiveMap& fresh, int submap) const;
   [[nodiscard]] std::vector<Pair> associate(const Encounter& meeting, const LiveMap& a, const LiveMap& b, JoinReport& report);
+  /// Landmarks that stand in several maps, seen from the present estimate: one entry each, the surest, with all sightings. Nothing is
+  /// estimated anew. first_of: where the landmarks of each map start in `landmarks`.
+  [[nodiscard]] std::vector<LandmarkEstimate> without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
+                                                                 const std::map<int, std::size_t>& first_of) const;
   /// Compares the map at base `b` with the one at base `a`; fuses them when they share enough. True when fused (into base a).
   bool compare(int a, int b, int needed, LoopAttempt& attempt, JoinReport& report);
 
   void replace_users(const LiveMap& map, int change);
   [[nodiscard]] std::vector<bool> ports_of(const LiveMap& map) const;
-  /// Drops the bases that `fused` shares with other maps beyond max_shared_bases; returns the maps that now hold one alone.
+  /// Drops the bases that `fused` shares with other maps beyond max_shared_bases (J-19); returns the maps that now hold one alone.
   [[nodiscard]] std::vector<int> loosen_ties(LiveMap& fused);
   void freeze_inner_poses(LiveMap& fused);
 
