@@ -205,6 +205,8 @@ std::vector<bool> SelectiveJoiner::ports_of(const LiveMap& map) const {
 
 std::vector<int> SelectiveJoiner::loosen_ties(LiveMap& fused) {
   std::vector<int> loosened;
+  const std::vector<bool> is_port = ports_of(fused);
+  if (std::count(is_port.begin(), is_port.end(), true) <= config_.max_ports) return loosened;
   std::vector<Eigen::Index> removed;
   for (const auto& [other_base, other] : maps_) {
     if (other_base == fused.base) continue;
