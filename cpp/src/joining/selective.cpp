@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "ssjs/association/joint_compatibility.hpp"
@@ -204,28 +206,39 @@ std::vector<bool> SelectiveJoiner::ports_of(const LiveMap& map) const {
 }
 
 std::vector<int> SelectiveJoiner::loosen_ties(LiveMap& fused) {
-  std::vector<int> loosened;
   const std::vector<bool> is_port = ports_of(fused);
-  if (std::count(is_port.begin(), is_port.end(), true) <= config_.max_ports) return loosened;
-  std::vector<Eigen::Index> removed;
+  auto ports = static_cast<int>(std::count(is_port.begin(), is_port.end(), true));
+  if (ports <= config_.max_ports) return {};
+  struct Tie {
+    double variance;  // in `fused`
+    Eigen::Index pose;
+    int other;
+  };
+  std::vector<Tie> ties;
+  std::map<int, int> shared;
   for (const auto& [other_base, other] : maps_) {
     if (other_base == fused.base) continue;
-    std::vector<std::pair<double, Eigen::Index>> shared;  // variance in `fused`, pose
     for (Eigen::Index i = 0; i < fused.pose_count(); ++i) {
       const int base = fused.poses[static_cast<std::size_t>(i)];
       if (base == 0 || base == newest_base_ || !other.pose_of(base)) continue;
-      shared.emplace_back(fused.covariance(LiveMap::pose(i), LiveMap::pose(i)).trace(), i);
+      ties.push_back({fused.covariance(LiveMap::pose(i), LiveMap::pose(i)).trace(), i, other_base});
+      ++shared[other_base];
     }
-    if (static_cast<int>(shared.size()) <= config_.max_shared_bases) continue;
-    std::sort(shared.begin(), shared.end());
-    for (std::size_t k = static_cast<std::size_t>(config_.max_shared_bases); k < shared.size(); ++k) {
-      removed.push_back(shared[k].second);
-      --users_.at(fused.poses[static_cast<std::size_t>(shared[k].second)]);  // from now on inside `other` alone
-    }
-    loosened.push_back(other_base);
+  }
+  std::sort(ties.begin(), ties.end(), [](const Tie& a, const Tie& b) { return std::tie(b.variance, a.pose) < std::tie(a.variance, b.pose); });
+  std::set<int> loosened;
+  std::vector<Eigen::Index> removed;
+  for (const Tie& tie : ties) {  // the least sure first
+    if (ports <= config_.max_ports) break;
+    if (shared[tie.other] <= config_.min_shared_bases) continue;
+    --shared[tie.other];
+    --ports;
+    --users_.at(fused.poses[static_cast<std::size_t>(tie.pose)]);  // from now on inside `other` alone
+    removed.push_back(tie.pose);
+    loosened.insert(tie.other);
   }
   remove_poses(fused, removed);  // (J-19)
-  return loosened;
+  return {loosened.begin(), loosened.end()};
 }
 
 void SelectiveJoiner::freeze_inner_poses(LiveMap& fused) {

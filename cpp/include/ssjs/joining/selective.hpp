@@ -28,7 +28,7 @@ struct SelectiveJoinerConfig {
   GlobalSolver solver = GlobalSolver::kInvariantEkf;
   int dense_bases = 500;
   int max_ports = 24;
-  int max_shared_bases = 2;
+  int min_shared_bases = 2;
   int max_inner_poses = 100;
   bool final_adjustment = true;
   template <class Visitor>
@@ -47,9 +47,9 @@ struct SelectiveJoinerConfig {
     v.choice("solver", solver, Choices<GlobalSolver>{{"ekf", GlobalSolver::kInvariantEkf}, {"gauss-newton", GlobalSolver::kGaussNewton}},
              "global update: one invariant EKF step a fusion, or sparse Gauss-Newton over the port factors");
     v.field("dense_bases", dense_bases, Rule::at_least(2), "above so many live bases the EKF's dense covariance gives way to sparse port factors");
-    v.field("max_ports", max_ports, Rule::at_least(2), "a fused map with more ports than this is thinned by max_shared_bases");
-    v.field("max_shared_bases", max_shared_bases, Rule::at_least(2),
-            "such a map keeps at most so many base frames in common with any other, the surest: visiting an area again and again stays cheap");
+    v.field("max_ports", max_ports, Rule::at_least(2), "a fused map drops its least sure ports beyond this number, so that visiting an area again and again stays cheap");
+    v.field("min_shared_bases", min_shared_bases, Rule::at_least(2),
+            "thinning leaves two maps at least so many common base frames, the surest");
     v.field("max_inner_poses", max_inner_poses, Rule::at_least(0), "a fused map keeps so many inner base frames in its state; older ones are frozen in its frame");
     v.field("final_adjustment", final_adjustment, "Gauss-Newton over all port factors at the end of the mission");
   }
@@ -91,7 +91,7 @@ class SelectiveJoiner final : public MapJoiner {
 
   void replace_users(const LiveMap& map, int change);
   [[nodiscard]] std::vector<bool> ports_of(const LiveMap& map) const;
-  /// With more than max_ports ports, drops the bases that `fused` shares with other maps beyond max_shared_bases (J-19); returns the maps that now hold one alone.
+  /// With more than max_ports ports, drops the bases that `fused` shares with other maps beyond min_shared_bases (J-19); returns the maps that now hold one alone.
   [[nodiscard]] std::vector<int> loosen_ties(LiveMap& fused);
   void freeze_inner_poses(LiveMap& fused);
 
