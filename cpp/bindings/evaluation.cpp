@@ -30,9 +30,10 @@ Alignment alignment_of(const std::string& name) {
 
 std::vector<double> seconds(const Eigen::VectorXd& values) { return {values.data(), values.data() + values.size()}; }
 
-py::object trajectory_error_of(const Eigen::VectorXd& time_s, const Array& pose, const Eigen::VectorXd& fix_time_s, const Array& fix_position,
-                               const std::optional<Eigen::VectorXd>& fix_heading, const Eigen::Vector2d& lever_arm,
-                               const std::string& alignment, std::optional<double> outlier_m, double max_gap_s) {
+py::object trajectory_error_of(const Eigen::VectorXd& time_s, const Array& pose, const Eigen::VectorXd& fix_time_s,
+                               const Array& fix_position, const std::optional<Eigen::VectorXd>& fix_heading,
+                               const Eigen::Vector2d& lever_arm, const std::string& alignment, std::optional<double> outlier_m,
+                               double max_gap_s) {
   check_columns("pose", pose.cols(), 3);
   check_columns("fix_position", fix_position.cols(), 2);
   Trajectory estimate{seconds(time_s), {}};

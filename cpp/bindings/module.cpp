@@ -19,7 +19,8 @@ void add_errors(py::module_& module) {
       PyErr_SetString(PyExc_ValueError, error.what());
     }
   });
-  module.def("version", [] { return std::string(kVersion); }, "Version of the library.");
+  module.def(
+      "version", [] { return std::string(kVersion); }, "Version of the library.");
 }
 
 }  // namespace ssjs::bindings

@@ -185,7 +185,9 @@ py::dict run(const py::dict& config, EventLog& log, std::uint64_t seed, const st
   return to_python(result);
 }
 
-py::tuple pose_tuple(const GaussianSe2& pose) { return py::make_tuple(Eigen::Vector3d(pose.mean.vector()), Eigen::Matrix3d(pose.covariance)); }
+py::tuple pose_tuple(const GaussianSe2& pose) {
+  return py::make_tuple(Eigen::Vector3d(pose.mean.vector()), Eigen::Matrix3d(pose.covariance));
+}
 
 }  // namespace
 
@@ -210,7 +212,8 @@ void add_pipeline(py::module_& module) {
       .def("add_velocity", &EventLog::add_velocity, py::arg("time_s"), py::arg("speed_m_s"), py::arg("turn_rate_rad_s"))
       .def(
           "add_increments",
-          [](EventLog& log, const Eigen::VectorXd& time_s, const Eigen::VectorXd& dx, const Eigen::VectorXd& dy, const Eigen::VectorXd& dheading,
+          [](EventLog& log, const Eigen::VectorXd& time_s, const Eigen::VectorXd& dx, const Eigen::VectorXd& dy,
+             const Eigen::VectorXd& dheading,
              const Array& covariance) { log.add_increments(time_s, dx, dy, dheading, Eigen::MatrixXd(covariance)); },
           py::arg("time_s"), py::arg("dx_m"), py::arg("dy_m"), py::arg("dheading_rad"), py::arg("covariance"))
       .def(
@@ -233,7 +236,9 @@ void add_pipeline(py::module_& module) {
              "Runs a log through the pipeline. progress(fraction) -> False asks to stop (KeyboardInterrupt).");
 
   py::class_<SlamPipeline>(module, "Pipeline", "The pipeline fed one event at a time.")
-      .def(py::init([](const py::dict& config, std::uint64_t seed) { return std::make_unique<SlamPipeline>(config_from<SlamConfig>(config), seed); }),
+      .def(py::init([](const py::dict& config, std::uint64_t seed) {
+             return std::make_unique<SlamPipeline>(config_from<SlamConfig>(config), seed);
+           }),
            py::arg("config"), py::arg("seed") = 0)
       .def(
           "feed_ackerman",
@@ -249,10 +254,11 @@ void add_pipeline(py::module_& module) {
           py::arg("time_s"), py::arg("speed_m_s"), py::arg("turn_rate_rad_s"), "Pose (3,) and covariance (3, 3) after the event.")
       .def(
           "feed_features",
-          [](SlamPipeline& pipeline, double time_s, const Eigen::VectorXd& range_m, const Eigen::VectorXd& bearing_rad, const Array& covariance,
-             const std::optional<std::vector<std::int64_t>>& landmark_id) {
+          [](SlamPipeline& pipeline, double time_s, const Eigen::VectorXd& range_m, const Eigen::VectorXd& bearing_rad,
+             const Array& covariance, const std::optional<std::vector<std::int64_t>>& landmark_id) {
             EventLog scan;
-            scan.add_features(Eigen::VectorXd::Constant(range_m.size(), time_s), range_m, bearing_rad, Eigen::MatrixXd(covariance), landmark_id);
+            scan.add_features(Eigen::VectorXd::Constant(range_m.size(), time_s), range_m, bearing_rad, Eigen::MatrixXd(covariance),
+                              landmark_id);
             for (const Event& event : scan.events()) pipeline.feed(event);
             return pose_tuple(pipeline.global_T_vehicle());
           },

@@ -11,7 +11,9 @@
 namespace ssjs::bindings {
 namespace {
 
-py::array array_of(const std::vector<double>& values) { return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data()); }
+py::array array_of(const std::vector<double>& values) {
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
 py::array array_of(const std::vector<std::int64_t>& values) {
   return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
 }
@@ -79,7 +81,8 @@ py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
 
 void add_simulation(py::module_& module) {
   module.def("scenario_names", &scenario_names);
-  module.def("simulate", &simulate_scenario, py::arg("scenario"), py::arg("seed") = 0, "A built-in scenario: measured log, truth, filter settings.");
+  module.def("simulate", &simulate_scenario, py::arg("scenario"), py::arg("seed") = 0,
+             "A built-in scenario: measured log, truth, filter settings.");
 }
 
 }  // namespace ssjs::bindings

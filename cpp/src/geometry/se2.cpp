@@ -52,7 +52,7 @@ Eigen::Matrix3d compose_jacobian_right(const Se2& a_T_b) {
 Eigen::Matrix3d inverse_jacobian(const Se2& a_T_b) {
   const double c = std::cos(a_T_b.heading);
   const double s = std::sin(a_T_b.heading);
-  Eigen::Matrix3d J_inverse;  // (S-4)
+  Eigen::Matrix3d J_inverse;                       // (S-4)
   J_inverse << -c, -s, s * a_T_b.x - c * a_T_b.y,  //
       s, -c, c * a_T_b.x + s * a_T_b.y,            //
       0.0, 0.0, -1.0;
@@ -62,7 +62,7 @@ Eigen::Matrix3d inverse_jacobian(const Se2& a_T_b) {
 Eigen::Matrix<double, 2, 3> act_jacobian(const Se2& a_T_b, const Eigen::Vector2d& b_p) {
   const double c = std::cos(a_T_b.heading);
   const double s = std::sin(a_T_b.heading);
-  Eigen::Matrix<double, 2, 3> J;  // (S-5)
+  Eigen::Matrix<double, 2, 3> J;              // (S-5)
   J << 1.0, 0.0, -s * b_p.x() - c * b_p.y(),  //
       0.0, 1.0, c * b_p.x() - s * b_p.y();
   return J;
@@ -91,7 +91,7 @@ Eigen::Vector3d se2_log(const Se2& pose) {
 }
 
 Eigen::Matrix3d invariant_frame(const Se2& pose) {
-  Eigen::Matrix3d M;  // (S-8)
+  Eigen::Matrix3d M;       // (S-8)
   M << 1.0, 0.0, -pose.y,  //
       0.0, 1.0, pose.x,    //
       0.0, 0.0, 1.0;

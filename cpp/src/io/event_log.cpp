@@ -30,7 +30,8 @@ void check_times(const char* what, const EventLog::Column& time_s) {
 void check_finite(const char* what, const char* column, const Eigen::Ref<const Eigen::MatrixXd>& values) {
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     if (values.row(i).allFinite()) continue;
-    throw InvalidArgument(std::string(what) + " " + column + ", row " + std::to_string(i + 1), "not finite", "remove the row or mend the log");
+    throw InvalidArgument(std::string(what) + " " + column + ", row " + std::to_string(i + 1), "not finite",
+                          "remove the row or mend the log");
   }
 }
 
@@ -79,7 +80,8 @@ void EventLog::add_increments(const Column& time_s, const Column& dx_m, const Co
   }
 }
 
-void EventLog::add_features(const Column& time_s, const Column& range_m, const Column& bearing_rad, const Eigen::Ref<const Eigen::MatrixXd>& covariance,
+void EventLog::add_features(const Column& time_s, const Column& range_m, const Column& bearing_rad,
+                            const Eigen::Ref<const Eigen::MatrixXd>& covariance,
                             const std::optional<std::vector<std::int64_t>>& landmark_id) {
   check_rows("range_m", range_m.size(), time_s.size());
   check_rows("bearing_rad", bearing_rad.size(), time_s.size());
@@ -97,7 +99,8 @@ void EventLog::add_features(const Column& time_s, const Column& range_m, const C
       Feature feature;
       feature.range_bearing << range_m(i), wrap_angle(bearing_rad(i));
       feature.covariance << covariance(i, 0), covariance(i, 1), covariance(i, 1), covariance(i, 2);
-      if (landmark_id && (*landmark_id)[static_cast<std::size_t>(i)] >= 0) feature.landmark_id = (*landmark_id)[static_cast<std::size_t>(i)];
+      if (landmark_id && (*landmark_id)[static_cast<std::size_t>(i)] >= 0)
+        feature.landmark_id = (*landmark_id)[static_cast<std::size_t>(i)];
       scan.push_back(feature);
     }
     add({time, std::move(scan)});

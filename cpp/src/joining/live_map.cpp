@@ -91,7 +91,8 @@ void remove_poses(LiveMap& map, const std::vector<Eigen::Index>& removed) {
 void set_ports(LiveMap& map, const std::vector<bool>& is_port) {
   std::vector<Eigen::Index> order(map.poses.size());
   std::iota(order.begin(), order.end(), Eigen::Index{0});
-  const auto internal = std::stable_partition(order.begin(), order.end(), [&](Eigen::Index i) { return is_port[static_cast<std::size_t>(i)]; });
+  const auto internal =
+      std::stable_partition(order.begin(), order.end(), [&](Eigen::Index i) { return is_port[static_cast<std::size_t>(i)]; });
   map.ports = internal - order.begin();
   if (!std::is_sorted(order.begin(), order.end())) {
     const Eigen::VectorXi rows = state_order(map, order);

@@ -143,8 +143,8 @@ JoinEvidence evidence_of(const Encounter& meeting, const std::vector<Pair>& pair
 std::vector<Pair> landmark_pairs(const Encounter& meeting, const std::vector<Pair>& pairs) {
   std::vector<Pair> of_maps;
   for (const Pair& pair : pairs) {
-    of_maps.push_back({meeting.b_landmarks[static_cast<std::size_t>(pair.observation)],
-                       meeting.a_landmarks[static_cast<std::size_t>(pair.prediction)]});
+    of_maps.push_back(
+        {meeting.b_landmarks[static_cast<std::size_t>(pair.observation)], meeting.a_landmarks[static_cast<std::size_t>(pair.prediction)]});
   }
   return of_maps;
 }

@@ -92,8 +92,8 @@ std::vector<int> SelectiveJoiner::nearby_maps(const LiveMap& fresh, int submap) 
   std::vector<std::pair<double, int>> nearby;  // gap of the landmark circles, base
   for (const auto& [base, map] : maps_) {
     if (map.landmark_count() < config_.min_pairs) continue;
-    const bool adjacent = std::any_of(map.members.begin(), map.members.end(),
-                                      [&](int member) { return std::abs(member - submap) <= config_.min_gap; });
+    const bool adjacent =
+        std::any_of(map.members.begin(), map.members.end(), [&](int member) { return std::abs(member - submap) <= config_.min_gap; });
     if (adjacent) continue;
     const double gap = (global_.pose(base) * map.centroid - centre).norm() - map.radius - fresh.radius;
     // Beyond the ambiguity gate a pairing would be refused anyway: far maps are dismissed without asking for a covariance.
@@ -171,7 +171,8 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
   Fusion fusion = fuse(a, b, of_maps);
   attempt.chi_squared = fusion.chi_squared;
   attempt.dof = fusion.dof;
-  if (association_ != AssociationMethod::kKnown && fusion.dof > 0 && !(fusion.chi_squared <= chi_squared_quantile(config_.fusion_probability, fusion.dof))) {
+  if (association_ != AssociationMethod::kKnown && fusion.dof > 0 &&
+      !(fusion.chi_squared <= chi_squared_quantile(config_.fusion_probability, fusion.dof))) {
     attempt.reason = "the maps do not fit on each other (chi-squared)";
     return false;
   }
@@ -225,7 +226,8 @@ std::vector<int> SelectiveJoiner::loosen_ties(LiveMap& fused) {
       ++shared[other_base];
     }
   }
-  std::sort(ties.begin(), ties.end(), [](const Tie& a, const Tie& b) { return std::tie(b.variance, a.pose) < std::tie(a.variance, b.pose); });
+  std::sort(ties.begin(), ties.end(),
+            [](const Tie& a, const Tie& b) { return std::tie(b.variance, a.pose) < std::tie(a.variance, b.pose); });
   std::set<int> loosened;
   std::vector<Eigen::Index> removed;
   for (const Tie& tie : ties) {  // the least sure first
@@ -259,9 +261,7 @@ void SelectiveJoiner::freeze_inner_poses(LiveMap& fused) {
   remove_poses(fused, removed);
 }
 
-GaussianSe2 SelectiveJoiner::global_T_newest_base() const {
-  return {global_.pose(newest_base_), global_.covariance({newest_base_})};
-}
+GaussianSe2 SelectiveJoiner::global_T_newest_base() const { return {global_.pose(newest_base_), global_.covariance({newest_base_})}; }
 
 void SelectiveJoiner::finish() {
   if (config_.final_adjustment && newest_base_ > 0) global_.relinearize();
@@ -297,7 +297,8 @@ WorldEstimate SelectiveJoiner::estimate() const {
     }
     for (Eigen::Index i = 0; i < map.landmark_count(); ++i) {
       estimate.landmarks.push_back({{world.landmarks.col(i), world.landmark_covariance[static_cast<std::size_t>(i)]},
-                                    map.landmarks[static_cast<std::size_t>(i)], base});
+                                    map.landmarks[static_cast<std::size_t>(i)],
+                                    base});
     }
     estimate.maps.push_back({base, map.members, static_cast<int>(map.landmark_count())});
   }
@@ -311,8 +312,8 @@ WorldEstimate SelectiveJoiner::estimate() const {
     J.middleRows<3>(row) = J1 * J.middleRows<3>(from);
     noise.middleRows<3>(row) = J1 * noise.middleRows<3>(from);
     noise.middleCols<3>(row) = noise.middleCols<3>(from) * J1.transpose();
-    noise.block<3, 3>(row, row) = J1 * noise.block<3, 3>(from, from) * J1.transpose() +
-                                  J2 * frozen->reference_T_base.covariance * J2.transpose();
+    noise.block<3, 3>(row, row) =
+        J1 * noise.block<3, 3>(from, from) * J1.transpose() + J2 * frozen->reference_T_base.covariance * J2.transpose();
   }
   estimate.base_covariance = J * P * J.transpose() + noise;
   estimate.landmarks = without_duplicates(estimate.landmarks, first_of);

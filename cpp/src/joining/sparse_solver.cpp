@@ -35,8 +35,8 @@ struct SparsePoseSolver::Implementation {
   cholmod_common common{};
   cholmod_sparse* hessian = nullptr;  // lower triangle
   cholmod_factor* factor = nullptr;
-  std::vector<int> unknowns;          // base indices, ascending, without 0
-  std::vector<int> slots;             // by base index: position among the unknowns, -1 for none
+  std::vector<int> unknowns;  // base indices, ascending, without 0
+  std::vector<int> slots;     // by base index: position among the unknowns, -1 for none
   Eigen::VectorXd gradient;
 
   Implementation() {
@@ -205,8 +205,9 @@ struct SparsePoseSolver::Implementation {
     if (common.status != CHOLMOD_OK) {
       const std::size_t column = factor->minor < 3 * unknowns.size() ? factor->minor : 0;
       const auto original = static_cast<const int*>(factor->Perm)[column];
-      throw NotPositiveDefinite("information matrix of the bases",
-                                "base " + std::to_string(unknowns[static_cast<std::size_t>(original / 3)]) + " is not held by any port factor");
+      throw NotPositiveDefinite(
+          "information matrix of the bases",
+          "base " + std::to_string(unknowns[static_cast<std::size_t>(original / 3)]) + " is not held by any port factor");
     }
   }
 

@@ -8,8 +8,7 @@ namespace ssjs {
 std::optional<std::string> reason_to_close(const SplitSituation& situation, const SplitPolicyConfig& config) {
   const Eigen::Matrix3d& P = situation.submap_T_vehicle.covariance;
   if (!(situation.distance_m > 0.0)) return std::nullopt;  // (C-1)
-  if (config.max_landmarks && situation.new_landmarks > 0 &&
-      situation.landmarks + situation.new_landmarks > *config.max_landmarks) {
+  if (config.max_landmarks && situation.new_landmarks > 0 && situation.landmarks + situation.new_landmarks > *config.max_landmarks) {
     return "landmarks";
   }
   if (situation.landmarks < config.min_landmarks) return std::nullopt;

@@ -19,12 +19,17 @@ constexpr double kPreselectionSigmas = 6.0;    // beyond the dead band's 5 sigma
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-double normalized_squared(const Eigen::Vector2d& residual, const Eigen::Matrix2d& covariance) { return residual.dot(covariance.llt().solve(residual)); }
+double normalized_squared(const Eigen::Vector2d& residual, const Eigen::Matrix2d& covariance) {
+  return residual.dot(covariance.llt().solve(residual));
+}
 
 }  // namespace
 
 SubmapBuilder::SubmapBuilder(const SubmapBuilderConfig& config, const ScanAssociationConfig& association, std::uint64_t seed)
-    : config_(config), association_(association), rng_(Rng(seed).stream("scan association")), ekf_(kInitialCapacity, config.invariant_filter ? ErrorForm::kInvariant : ErrorForm::kAdditive) {
+    : config_(config),
+      association_(association),
+      rng_(Rng(seed).stream("scan association")),
+      ekf_(kInitialCapacity, config.invariant_filter ? ErrorForm::kInvariant : ErrorForm::kAdditive) {
   ekf_.reset({});
   if (config_.condition_trajectory) ekf_.watch(&journal_);
   if (association_.identity_gate_probability) identity_gate_ = chi_squared_quantile(*association_.identity_gate_probability, 2.0);
@@ -90,9 +95,8 @@ ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
     // (C-2): matched observations alternate by bearing between the two submaps; the new one takes everything unpaired, as its dead band
     // is empty, but for misread identities.
     std::vector<Pair> by_bearing = hypothesis.pairs;
-    std::sort(by_bearing.begin(), by_bearing.end(), [&](const Pair& a, const Pair& b) {
-      return scan[at(a.observation)].bearing() < scan[at(b.observation)].bearing();
-    });
+    std::sort(by_bearing.begin(), by_bearing.end(),
+              [&](const Pair& a, const Pair& b) { return scan[at(a.observation)].bearing() < scan[at(b.observation)].bearing(); });
     const bool share = config_.split_boundary_scan && by_bearing.size() >= 4;
     std::vector<Pair> for_old;
     Features for_new;
@@ -223,7 +227,8 @@ void SubmapBuilder::update(const Features& scan, const std::vector<Pair>& pairs,
 }
 
 bool SubmapBuilder::add(const Feature& feature) {
-  if (std::count_if(tracked_.begin(), tracked_.end(), [&](const Tracked& t) { return !confirmed(t); }) >= config_.max_tentative) return false;
+  if (std::count_if(tracked_.begin(), tracked_.end(), [&](const Tracked& t) { return !confirmed(t); }) >= config_.max_tentative)
+    return false;
   ekf_.add_landmark(feature);
   tracked_.push_back({{1, feature.landmark_id}, scans_});
   return true;

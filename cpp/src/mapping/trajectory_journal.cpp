@@ -27,7 +27,8 @@ void TrajectoryJournal::push(Entry entry) {
 }
 
 void TrajectoryJournal::store(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
-  for (Eigen::Index c = 0; c < matrix.cols(); ++c) numbers_.insert(numbers_.end(), matrix.col(c).data(), matrix.col(c).data() + matrix.rows());
+  for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+    numbers_.insert(numbers_.end(), matrix.col(c).data(), matrix.col(c).data() + matrix.rows());
 }
 
 void TrajectoryJournal::on_predict(const Eigen::Matrix3d& F) { transition_ = F * transition_; }
@@ -138,7 +139,8 @@ std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit)
         const ConstMap Y(numbers_.data() + entry.data, entry.rows, entry.columns);
         const ConstMap L(Y.data() + Y.size(), entry.columns, entry.columns);
         const ConstMap t(L.data() + L.size(), entry.rows, 1);
-        vehicle.row(2) += (t.topRows<3>().transpose() * vehicle + t.bottomRows(entry.rows - 3).transpose() * landmarks.topRows(entry.rows - 3)).eval();
+        vehicle.row(2) +=
+            (t.topRows<3>().transpose() * vehicle + t.bottomRows(entry.rows - 3).transpose() * landmarks.topRows(entry.rows - 3)).eval();
         Eigen::MatrixXd KtLambda = Y.topRows<3>().transpose() * vehicle;
         KtLambda.noalias() += Y.bottomRows(entry.rows - 3).transpose() * landmarks.topRows(entry.rows - 3);
         L.triangularView<Eigen::Lower>().transpose().solveInPlace(KtLambda);

@@ -72,7 +72,8 @@ void check_event(const Event& event, std::optional<double> last_time_s, const Ve
     throw InvalidArgument("odometry", "of another kind", "must match vehicle.kind of the configuration");
   }
   std::visit(RecordCheck{event.time_s}, event.record);
-  if (std::holds_alternative<AckermanControl>(event.record)) (void)hold_command({}, event, 0.0, vehicle);  // it refuses what cannot be driven
+  if (std::holds_alternative<AckermanControl>(event.record))
+    (void)hold_command({}, event, 0.0, vehicle);  // it refuses what cannot be driven
 }
 
 }  // namespace ssjs

@@ -75,7 +75,8 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
   if (n > 0) {
     result.world = pipeline.world();
     const std::vector<TrajectoryPoint> trajectory = final_trajectory(pipeline.submaps(), result.world);
-    for (Eigen::Index i = 0; i < n; ++i) put(result.pose, result.covariance, i, trajectory.at(static_cast<std::size_t>(i)).global_T_vehicle);
+    for (Eigen::Index i = 0; i < n; ++i)
+      put(result.pose, result.covariance, i, trajectory.at(static_cast<std::size_t>(i)).global_T_vehicle);
     result.submaps = pipeline.submaps();
     for (Submap& submap : result.submaps) submap.steps.clear();
   }

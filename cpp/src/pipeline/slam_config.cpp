@@ -26,8 +26,8 @@ std::vector<std::string> SlamConfig::violations() const {
     all.push_back(is("trees.min_diameter_m", trees.min_diameter_m, "must be below trees.max_diameter_m =", trees.max_diameter_m));
   }
   if (submap.split.max_landmarks && joining.max_fused_landmarks < *submap.split.max_landmarks) {
-    all.push_back(is("joining.max_fused_landmarks", joining.max_fused_landmarks, "must be at least submap.max_landmarks =",
-                     *submap.split.max_landmarks));
+    all.push_back(is("joining.max_fused_landmarks", joining.max_fused_landmarks,
+                     "must be at least submap.max_landmarks =", *submap.split.max_landmarks));
   }
   return all;
 }

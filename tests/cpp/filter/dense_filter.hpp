@@ -100,7 +100,8 @@ inline double largest_difference(const Eigen::Ref<const Eigen::MatrixXd>& a, con
 
 inline ::testing::AssertionResult same_state(Ekf& filter, const DenseFilter& oracle, double tolerance) {
   const MapState state = filter.state();
-  if (state.mean.size() != oracle.mean.size()) return ::testing::AssertionFailure() << "sizes " << state.mean.size() << ", " << oracle.mean.size();
+  if (state.mean.size() != oracle.mean.size())
+    return ::testing::AssertionFailure() << "sizes " << state.mean.size() << ", " << oracle.mean.size();
   const double mean = largest_difference(state.mean, oracle.mean);
   const double covariance = largest_difference(state.covariance, oracle.P);
   if (!(mean <= tolerance && covariance <= tolerance)) {

@@ -128,24 +128,30 @@ TEST(EventLog, ShapesThatDoNotFitAreNamed) {
   expect_refused([&](EventLog& log) { log.add_ackerman(two, three, two); }, "speed_m_s = 3 rows: must have as many rows as time_s, 2");
   expect_refused([&](EventLog& log) { log.add_ackerman(two, two, three); }, "steering_rad = 3 rows: must have as many rows as time_s, 2");
   expect_refused([&](EventLog& log) { log.add_velocity(two, three, two); }, "speed_m_s = 3 rows: must have as many rows as time_s, 2");
-  expect_refused([&](EventLog& log) { log.add_velocity(two, two, three); }, "turn_rate_rad_s = 3 rows: must have as many rows as time_s, 2");
+  expect_refused([&](EventLog& log) { log.add_velocity(two, two, three); },
+                 "turn_rate_rad_s = 3 rows: must have as many rows as time_s, 2");
   const Eigen::MatrixXd P = numbered(2, 6);
   expect_refused([&](EventLog& log) { log.add_increments(two, three, two, two, P); }, "dx_m = 3 rows: must have as many rows as time_s, 2");
   expect_refused([&](EventLog& log) { log.add_increments(two, two, three, two, P); }, "dy_m = 3 rows: must have as many rows as time_s, 2");
-  expect_refused([&](EventLog& log) { log.add_increments(two, two, two, three, P); }, "dheading_rad = 3 rows: must have as many rows as time_s, 2");
+  expect_refused([&](EventLog& log) { log.add_increments(two, two, two, three, P); },
+                 "dheading_rad = 3 rows: must have as many rows as time_s, 2");
   expect_refused([&](EventLog& log) { log.add_increments(two, two, two, two, numbered(3, 6)); },
                  "odometry covariance = 3 rows: must have as many rows as time_s, 2");
-  expect_refused([&](EventLog& log) { log.add_increments(two, two, two, two, numbered(2, 9)); }, "odometry covariance = 9 columns: must have 6");
+  expect_refused([&](EventLog& log) { log.add_increments(two, two, two, two, numbered(2, 9)); },
+                 "odometry covariance = 9 columns: must have 6");
   const Eigen::MatrixXd R = numbered(2, 3);
-  expect_refused([&](EventLog& log) { log.add_features(two, three, two, R, std::nullopt); }, "range_m = 3 rows: must have as many rows as time_s, 2");
-  expect_refused([&](EventLog& log) { log.add_features(two, two, three, R, std::nullopt); }, "bearing_rad = 3 rows: must have as many rows as time_s, 2");
+  expect_refused([&](EventLog& log) { log.add_features(two, three, two, R, std::nullopt); },
+                 "range_m = 3 rows: must have as many rows as time_s, 2");
+  expect_refused([&](EventLog& log) { log.add_features(two, two, three, R, std::nullopt); },
+                 "bearing_rad = 3 rows: must have as many rows as time_s, 2");
   expect_refused([&](EventLog& log) { log.add_features(two, two, two, numbered(1, 3), std::nullopt); },
                  "observation covariance = 1 rows: must have as many rows as time_s, 2");
   expect_refused([&](EventLog& log) { log.add_features(two, two, two, numbered(2, 4), std::nullopt); },
                  "observation covariance = 4 columns: must have 3");
   expect_refused([&](EventLog& log) { log.add_features(two, two, two, R, std::vector<std::int64_t>{1}); },
                  "landmark_id = 1 rows: must have as many rows as time_s, 2");
-  expect_refused([&](EventLog& log) { log.add_scans(two, numbered(3, 5), 0.0, 0.1); }, "range_m = 3 rows: must have as many rows as time_s, 2");
+  expect_refused([&](EventLog& log) { log.add_scans(two, numbered(3, 5), 0.0, 0.1); },
+                 "range_m = 3 rows: must have as many rows as time_s, 2");
 }
 
 TEST(EventLog, TimesThatGoBackOrAreNotFiniteAreNamedWithTheirRow) {
@@ -189,7 +195,8 @@ TEST(EventLog, ScanAnglesAreChecked) {
   const Eigen::VectorXd time = column({1.0});
   expect_refused([&](EventLog& log) { log.add_scans(time, numbered(1, 4), kNaN, 0.1); }, "first_angle_rad = nan: must be finite");
   expect_refused([&](EventLog& log) { log.add_scans(time, numbered(1, 4), 0.0, 0.0); }, "step_rad = 0: must be finite and not zero");
-  expect_refused([&](EventLog& log) { log.add_scans(time, numbered(1, 4), 0.0, kInfinity); }, "step_rad = inf: must be finite and not zero");
+  expect_refused([&](EventLog& log) { log.add_scans(time, numbered(1, 4), 0.0, kInfinity); },
+                 "step_rad = inf: must be finite and not zero");
 }
 
 }  // namespace

@@ -155,7 +155,8 @@ LiveMap fuse_all(std::vector<LiveMap> maps, const std::vector<std::pair<int, int
   return maps[static_cast<std::size_t>(order.back().first)];
 }
 
-/// The map's numbers in a fixed order: poses by base (the map's own base is the identity), landmarks by identity, all in the frame of base 0.
+/// The map's numbers in a fixed order: poses by base (the map's own base is the identity), landmarks by identity, all in the frame of base
+/// 0.
 struct Ordered {
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;

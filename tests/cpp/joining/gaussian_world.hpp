@@ -71,7 +71,8 @@ inline std::vector<Pair> pairs_by_identity(const LiveMap& a, const LiveMap& b) {
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < b.landmarks.size(); ++i) {
     for (std::size_t j = 0; j < a.landmarks.size(); ++j) {
-      if (a.landmarks[j].source_id == b.landmarks[i].source_id) pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
+      if (a.landmarks[j].source_id == b.landmarks[i].source_id)
+        pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
     }
   }
   return pairs;
@@ -101,7 +102,8 @@ inline BatchSolution solve_batch(const Eigen::VectorXd& start, const std::functi
 }
 
 /// Largest |a - b| in units of `sigmas`, headings (of the first `poses` poses) wrapped. NaN stays NaN.
-inline double difference_in_sigmas(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::Index poses, const Eigen::MatrixXd& covariance) {
+inline double difference_in_sigmas(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::Index poses,
+                                   const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd difference = a - b;
   for (Eigen::Index i = 0; i < poses; ++i) difference(3 * i + 2) = wrap_angle(difference(3 * i + 2));
   return (difference.array() / covariance.diagonal().array().sqrt()).abs().maxCoeff<Eigen::PropagateNaN>();

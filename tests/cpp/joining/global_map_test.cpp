@@ -32,7 +32,8 @@ World ring(int bases) {
 
 std::vector<LiveMap> chain(const World& world, double sigma_m, Rng& rng, const std::vector<int>& landmarks = {}) {
   std::vector<LiveMap> maps;
-  for (int k = 0; k + 1 < static_cast<int>(world.global_T_base.size()); ++k) maps.push_back(live_map_of(noisy_submap(world, k, landmarks, sigma_m, rng)));
+  for (int k = 0; k + 1 < static_cast<int>(world.global_T_base.size()); ++k)
+    maps.push_back(live_map_of(noisy_submap(world, k, landmarks, sigma_m, rng)));
   return maps;
 }
 

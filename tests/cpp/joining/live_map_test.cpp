@@ -45,7 +45,8 @@ TEST(LiveMap, J2_ConditionalFormEqualsTheDenseFormula) {
     const Eigen::MatrixXd P_ss = map.covariance.topLeftCorner(s, s);
     const Eigen::MatrixXd P_ms = map.covariance.bottomLeftCorner(m, s);
     EXPECT_LE((map.K - P_ms * P_ss.inverse()).cwiseAbs().maxCoeff(), 1e-10);
-    EXPECT_LE((map.C - (map.covariance.bottomRightCorner(m, m) - P_ms * P_ss.inverse() * P_ms.transpose())).cwiseAbs().maxCoeff(), kRounding);
+    EXPECT_LE((map.C - (map.covariance.bottomRightCorner(m, m) - P_ms * P_ss.inverse() * P_ms.transpose())).cwiseAbs().maxCoeff(),
+              kRounding);
     // m - K s is independent of s
     EXPECT_LE((P_ms - map.K * P_ss).cwiseAbs().maxCoeff(), kRounding);
   }

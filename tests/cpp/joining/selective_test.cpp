@@ -150,8 +150,8 @@ Agreement compare(const Joined& run, const Batch& batch) {
     EXPECT_TRUE(std::isfinite(difference) && std::isfinite(ratio));
   };
   for (Eigen::Index k = 1; k <= batch.bases; ++k) {
-    const Eigen::Vector3d difference = additive_difference(world.global_T_base[static_cast<std::size_t>(k)],
-                                                           Se2::from_vector(batch.solution.y.segment<3>(3 * (k - 1))));
+    const Eigen::Vector3d difference =
+        additive_difference(world.global_T_base[static_cast<std::size_t>(k)], Se2::from_vector(batch.solution.y.segment<3>(3 * (k - 1))));
     for (Eigen::Index c = 0; c < 3; ++c) take(difference(c), world.base_covariance(3 * k + c, 3 * k + c), 3 * (k - 1) + c);
   }
   for (const auto& [base, map] : run.joiner.maps()) {
@@ -202,7 +202,8 @@ TEST(SelectiveJoiner, J19_FewerSharedBasesLoseInformationAndInventNone) {
     const Agreement agreement = compare(run, Batch(submaps, run.joiner, run.world.global_T_base));
     // The factors forget what they no longer hold. The chained filter has used it already, and takes what hangs on it for independent.
     EXPECT_GE(agreement.smallest_ratio, solver == GlobalSolver::kGaussNewton ? 0.999 : 0.98);
-    RecordProperty(solver == GlobalSolver::kGaussNewton ? "gauss_newton_largest_ratio" : "ekf_largest_ratio", std::to_string(agreement.largest_ratio));
+    RecordProperty(solver == GlobalSolver::kGaussNewton ? "gauss_newton_largest_ratio" : "ekf_largest_ratio",
+                   std::to_string(agreement.largest_ratio));
   }
 }
 

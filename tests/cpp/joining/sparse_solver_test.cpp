@@ -77,7 +77,8 @@ TEST(SparseSolver, J4_PortResidualJacobian) {
     Eigen::VectorXd x(9);
     x << poses[0].vector(), poses[1].vector(), poses[2].vector();
     const auto residual = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
-      return port_residual(factor, Se2::from_vector(v.head<3>()), {Se2::from_vector(v.segment<3>(3)), Se2::from_vector(v.tail<3>())}).residual;
+      return port_residual(factor, Se2::from_vector(v.head<3>()), {Se2::from_vector(v.segment<3>(3)), Se2::from_vector(v.tail<3>())})
+          .residual;
     };
     const PortResidual at = port_residual(factor, poses[0], {poses[1], poses[2]});
     EXPECT_GT(at.residual.norm(), 0.0);
@@ -139,7 +140,8 @@ TEST(SparseSolver, J16_ABadStartIsMended) {
   const Ring ring(rng, 0.05);
   std::vector<Se2> near = ring.start;
   std::vector<Se2> far = ring.start;
-  for (std::size_t k = 1; k < far.size(); ++k) far[k] = additive_step(far[k], Eigen::Vector3d(rng.normal(3.0), rng.normal(3.0), rng.normal(0.4)));
+  for (std::size_t k = 1; k < far.size(); ++k)
+    far[k] = additive_step(far[k], Eigen::Vector3d(rng.normal(3.0), rng.normal(3.0), rng.normal(0.4)));
   SparsePoseSolver solver;
   const double cost = solver.optimize(ring.factors, near);
   EXPECT_NEAR(solver.optimize(ring.factors, far), cost, 1e-6 * (1.0 + cost));
@@ -157,7 +159,8 @@ TEST(SparseSolver, ABaseThatNothingHoldsIsNamed) {
     solver.factorize(ring.factors, ring.start);
     FAIL() << "a base was found without information";
   } catch (const NotPositiveDefinite& error) {
-    EXPECT_EQ(std::string(error.what()), "information matrix of the bases is not positive definite (base 7 is not held by any port factor)");
+    EXPECT_EQ(std::string(error.what()),
+              "information matrix of the bases is not positive definite (base 7 is not held by any port factor)");
   }
 }
 

@@ -26,7 +26,8 @@ Feature seen(const Se2& frame_T_vehicle, const Eigen::Vector2d& frame_p_landmark
 MotionPrediction ahead(const Se2& pose, double distance_m) {
   const Se2 old_T_new{distance_m, 0.0, 0.0};
   const Eigen::Matrix3d J2 = compose_jacobian_right(pose);
-  return {pose * old_T_new, compose_jacobian_left(pose, old_T_new), J2 * Eigen::Vector3d(0.01, 0.002, 0.0004).asDiagonal() * J2.transpose()};
+  return {pose * old_T_new, compose_jacobian_left(pose, old_T_new),
+          J2 * Eigen::Vector3d(0.01, 0.002, 0.0004).asDiagonal() * J2.transpose()};
 }
 
 /// Six landmarks around the origin, not in the order of their bearings.
@@ -344,12 +345,12 @@ TEST(SubmapBuilder, C2_WhatWasMisreadStartsNoLandmarkInTheNextSubmapEither) {
   (void)builder.observe(0.0, scan_of({}, {0, 1, 2, 3, 4}));
   builder.predict(1.0, ahead({}, 0.5));
   Features scan = scan_of({0.5, 0.0, 0.0}, {0, 1, 2, 3, 4, 5});
-  scan.push_back(seen({0.5, 0.0, 0.0}, {9.0, 9.0}, 2));                 // not where landmark 2 is
-  scan.push_back(seen({0.5, 0.0, 0.0}, kLandmarks[5], 5));              // 5 twice: one landmark
+  scan.push_back(seen({0.5, 0.0, 0.0}, {9.0, 9.0}, 2));     // not where landmark 2 is
+  scan.push_back(seen({0.5, 0.0, 0.0}, kLandmarks[5], 5));  // 5 twice: one landmark
   const ScanResult closing = builder.observe(1.0, scan);
   ASSERT_TRUE(closing.closed);
-  EXPECT_EQ(closing.paired, 3);                  // of five pairs, by bearing: first, third and fifth
-  EXPECT_EQ(builder.filter().landmarks(), 3);    // two of the pairs, and 5
+  EXPECT_EQ(closing.paired, 3);                // of five pairs, by bearing: first, third and fifth
+  EXPECT_EQ(builder.filter().landmarks(), 3);  // two of the pairs, and 5
   EXPECT_EQ(closing.added, 3);
   EXPECT_EQ(closing.dropped, 2);
 }

@@ -256,8 +256,7 @@ TEST(TrajectoryJournal, C4_LeavesOutWhatLaterScansSayBesidesTheExit) {
     const Eigen::Matrix3d with_exit = twin.oracle.clone_with_exit(i);
     const Eigen::Matrix3d smoothed =
         twin.oracle.smoothed_covariance(i) - with_exit * twin.oracle.exit_covariance().inverse() * with_exit.transpose();
-    const Eigen::Vector3d eigenvalues =
-        (steps[i].conditional_covariance - smoothed).selfadjointView<Eigen::Lower>().eigenvalues();
+    const Eigen::Vector3d eigenvalues = (steps[i].conditional_covariance - smoothed).selfadjointView<Eigen::Lower>().eigenvalues();
     EXPECT_GE(eigenvalues.minCoeff(), -kTolerance) << "step " << i;
     largest = std::max(largest, eigenvalues.maxCoeff());
   }

@@ -16,7 +16,9 @@ TEST(ScanFeatures, RangesOutsideTheSensorAreLeftOutAndBearingsCorrected) {
   sensor.max_range_m = 8.0;
   sensor.bearing_offset_rad = 0.5;
   const Eigen::Matrix2d R = Eigen::Vector2d(0.02, 0.001).asDiagonal();
-  const Features scan{{Eigen::Vector2d(0.99, 0.0), R, 1}, {Eigen::Vector2d(1.0, 3.0), R, 2}, {Eigen::Vector2d(8.0, -0.2), R, std::nullopt},
+  const Features scan{{Eigen::Vector2d(0.99, 0.0), R, 1},
+                      {Eigen::Vector2d(1.0, 3.0), R, 2},
+                      {Eigen::Vector2d(8.0, -0.2), R, std::nullopt},
                       {Eigen::Vector2d(8.01, 0.0), R, 4}};
   const Features usable = usable_features(scan, sensor);
   ASSERT_EQ(usable.size(), 2U);

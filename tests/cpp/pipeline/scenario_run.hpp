@@ -19,7 +19,7 @@ struct ScenarioResult {
   int submaps = 0, fusions = 0, live_maps = 0, candidates = 0, landmarks = 0;
   int scan_wrong_pairs = 0, map_wrong_pairs = 0, map_pairs = 0, exhausted = 0;
   double map_mean_m = 0, map_max_m = 0, aligned_mean_m = 0;
-  double online_mean_m = 0, online_max_m = 0;      ///< at the submap borders
+  double online_mean_m = 0, online_max_m = 0;  ///< at the submap borders
   double final_m = 0, dead_reckoning_final_m = 0;
   double joint_nees_per_dof = 0, base_nees_mean = 0, trajectory_nees_mean = 0, online_nees_mean = 0;
   std::vector<double> link_nees;
@@ -112,7 +112,8 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
     result.map_max_m = map->max_m;
   }
   map_config.align = true;
-  if (const auto map = map_error(estimated, ids, mission.world.landmarks_m, mission.world.ids, map_config)) result.aligned_mean_m = map->mean_m;
+  if (const auto map = map_error(estimated, ids, mission.world.landmarks_m, mission.world.ids, map_config))
+    result.aligned_mean_m = map->mean_m;
 
   // Bases 1.. against the truth at the borders; base 0 is the world frame itself.
   const auto bases = static_cast<Eigen::Index>(world.global_T_base.size());
@@ -129,8 +130,8 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
                                                         submap.state.vehicle().covariance + 1e-12 * Eigen::Matrix3d::Identity()));
     previous_truth = truth;
   }
-  result.joint_nees_per_dof =
-      normalized_squared_error(error, world.base_covariance.bottomRightCorner(error.size(), error.size())) / static_cast<double>(error.size());
+  result.joint_nees_per_dof = normalized_squared_error(error, world.base_covariance.bottomRightCorner(error.size(), error.size())) /
+                              static_cast<double>(error.size());
   const std::vector<TrajectoryPoint> trajectory = pipeline.trajectory();
   int counted = 0;
   for (std::size_t i = 0; i < trajectory.size(); i += 97) {
@@ -141,7 +142,8 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
     ++counted;
   }
   result.trajectory_nees_mean /= std::max(counted, 1);
-  result.final_m = (trajectory.back().global_T_vehicle.mean.translation() - truth_at(mission, trajectory.back().time_s).translation()).norm();
+  result.final_m =
+      (trajectory.back().global_T_vehicle.mean.translation() - truth_at(mission, trajectory.back().time_s).translation()).norm();
   result.dead_reckoning_final_m =
       (pipeline.dead_reckoning().translation() - truth_at(mission, trajectory.back().time_s).translation()).norm();
   return result;

@@ -16,11 +16,11 @@ class Rng {
   /// An independent generator for `name`; does not advance this one.
   [[nodiscard]] Rng stream(std::string_view name) const;
 
-  std::uint64_t next();                       ///< 64 uniform bits
-  double uniform();                           ///< in [0, 1)
-  double uniform(double low, double high);    ///< in [low, high)
-  std::uint64_t below(std::uint64_t bound);   ///< in [0, bound), unbiased; bound > 0
-  double normal();                            ///< mean 0, standard deviation 1
+  std::uint64_t next();                      ///< 64 uniform bits
+  double uniform();                          ///< in [0, 1)
+  double uniform(double low, double high);   ///< in [low, high)
+  std::uint64_t below(std::uint64_t bound);  ///< in [0, bound), unbiased; bound > 0
+  double normal();                           ///< mean 0, standard deviation 1
   double normal(double standard_deviation) { return standard_deviation * normal(); }
 
  private:

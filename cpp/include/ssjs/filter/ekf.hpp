@@ -48,8 +48,7 @@ class Ekf {
 
   /// (F-5). The new landmark's index is landmarks() - 1 afterwards.
   void add_landmark(const Feature& feature);
-  void add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Matrix<double, 2, 3>& J_vehicle,
-                    const Eigen::Matrix2d& noise);
+  void add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Matrix<double, 2, 3>& J_vehicle, const Eigen::Matrix2d& noise);
 
   /// Marginalises a landmark out; the last landmark takes its index.
   void remove_landmark(Eigen::Index landmark);
@@ -83,8 +82,8 @@ class Ekf {
   Eigen::Index landmarks_ = 0;
   Eigen::Index capacity_ = 0;  ///< landmarks
   Se2 vehicle_;
-  Eigen::VectorXd mean_;        ///< landmarks only; the vehicle block is kept in vehicle_
-  Eigen::MatrixXd P_;           ///< lower triangle
+  Eigen::VectorXd mean_;  ///< landmarks only; the vehicle block is kept in vehicle_
+  Eigen::MatrixXd P_;     ///< lower triangle
   Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();
   bool transition_pending_ = false;
 
@@ -94,7 +93,7 @@ class Ekf {
   Eigen::VectorXd innovation_;
   Eigen::MatrixXd landmark_columns_;
   Eigen::VectorXd step_;
-  Eigen::VectorXd transport_;     ///< (F-8): how far every coordinate follows a turn of the heading
+  Eigen::VectorXd transport_;  ///< (F-8): how far every coordinate follows a turn of the heading
   Eigen::VectorXd heading_column_;
   std::vector<LinearObservation> observations_;
   SymmetricDowndate downdate_;

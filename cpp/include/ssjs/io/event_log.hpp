@@ -22,11 +22,14 @@ class EventLog {
   void add_increments(const Column& time_s, const Column& dx_m, const Column& dy_m, const Column& dheading_rad,
                       const Eigen::Ref<const Eigen::MatrixXd>& covariance);
   /// covariance: n x 3 (var range, cov, var bearing). Consecutive rows of equal time form one scan. A negative landmark_id means unknown.
-  void add_features(const Column& time_s, const Column& range_m, const Column& bearing_rad, const Eigen::Ref<const Eigen::MatrixXd>& covariance,
-                    const std::optional<std::vector<std::int64_t>>& landmark_id);
+  void add_features(const Column& time_s, const Column& range_m, const Column& bearing_rad,
+                    const Eigen::Ref<const Eigen::MatrixXd>& covariance, const std::optional<std::vector<std::int64_t>>& landmark_id);
   /// range_m: n x beams; ranges that are not finite mean no return.
   void add_scans(const Column& time_s, const Eigen::Ref<const Eigen::MatrixXd>& range_m, double first_angle_rad, double step_rad);
-  void add(Event event) { events_.push_back(std::move(event)); sorted_ = false; }
+  void add(Event event) {
+    events_.push_back(std::move(event));
+    sorted_ = false;
+  }
 
   /// In the order of time.
   [[nodiscard]] const std::vector<Event>& events();

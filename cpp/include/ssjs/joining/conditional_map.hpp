@@ -12,9 +12,9 @@ namespace ssjs {
 
 /// m = mean + J d[bases] + e, e ~ N(0, C of the map): the rows behind the ports (internal poses, then landmarks), in the map's own frame.
 struct ConditionalMap {
-  std::vector<int> bases;   ///< the map's own base first, then its ports
+  std::vector<int> bases;  ///< the map's own base first, then its ports
   Eigen::VectorXd mean;
-  Eigen::MatrixXd J;        ///< 3 columns a base
+  Eigen::MatrixXd J;  ///< 3 columns a base
 };
 
 /// (J-3)
@@ -25,9 +25,9 @@ struct ConditionalMap {
 struct WorldMap {
   std::vector<Se2> global_T_pose;
   Eigen::Matrix2Xd landmarks;
-  Eigen::MatrixXd J_poses;              ///< 3 rows a pose, 3 columns per entry of bases
+  Eigen::MatrixXd J_poses;  ///< 3 rows a pose, 3 columns per entry of bases
   std::vector<int> bases;
-  Eigen::MatrixXd pose_noise;           ///< conditional covariance of the internal poses, zero for ports (world frame)
+  Eigen::MatrixXd pose_noise;  ///< conditional covariance of the internal poses, zero for ports (world frame)
   std::vector<Eigen::Matrix2d> landmark_covariance;
 };
 [[nodiscard]] WorldMap to_world(const LiveMap& map, const GlobalMap& global);

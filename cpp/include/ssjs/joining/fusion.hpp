@@ -10,9 +10,9 @@
 namespace ssjs {
 
 struct Fusion {
-  LiveMap map;            ///< in a's frame, every pose kept, none declared a port yet (ports = 0, no conditional form)
+  LiveMap map;  ///< in a's frame, every pose kept, none declared a port yet (ports = 0, no conditional form)
   double chi_squared = 0.0;
-  int dof = 0;            ///< constraints - 3; chi_squared tests the pairing when dof > 0
+  int dof = 0;  ///< constraints - 3; chi_squared tests the pairing when dof > 0
 };
 
 /// pairs: observation = landmark of b, prediction = landmark of a. Needs two pairs at different places, or a shared base frame;

@@ -60,10 +60,10 @@ class GlobalMap {
   GlobalSolver solver_;
   std::size_t dense_bases_;
   bool sparse_;
-  std::vector<Se2> poses_;                 ///< by base index; the entry of a forgotten base is its last estimate
-  std::vector<int> live_;                  ///< dense: in the order of P_
-  Eigen::MatrixXd P_;                      ///< dense, capacity beyond 3 * live_.size()
-  std::map<int, PortFactor> factors_;      ///< by the base of the map
+  std::vector<Se2> poses_;             ///< by base index; the entry of a forgotten base is its last estimate
+  std::vector<int> live_;              ///< dense: in the order of P_
+  Eigen::MatrixXd P_;                  ///< dense, capacity beyond 3 * live_.size()
+  std::map<int, PortFactor> factors_;  ///< by the base of the map
   mutable SparsePoseSolver sparse_solver_;
   mutable bool stale_ = true;
   /// Sparse: bases attached since the last factorisation hang on a chain behind the anchor, e = to_anchor * e_anchor + n, n ~ N(0, noise),

@@ -13,28 +13,28 @@ namespace ssjs {
 /// One attempt to tie two maps that are not neighbours in time.
 struct LoopAttempt {
   double time_s = 0.0;
-  int from = 0;                   ///< the submap just finished
-  int to = 0;                     ///< base of the map it was compared with
+  int from = 0;  ///< the submap just finished
+  int to = 0;    ///< base of the map it was compared with
   bool accepted = false;
-  std::string reason;             ///< why not; empty when accepted
+  std::string reason;  ///< why not; empty when accepted
   int pairs = 0;
-  std::optional<int> wrong_pairs; ///< pairs whose source identities differ, where all are known
+  std::optional<int> wrong_pairs;  ///< pairs whose source identities differ, where all are known
   std::optional<double> chi_squared;
   int dof = 0;
-  double sigma_m = 0.0;           ///< uncertainty of the pairing before the decision
+  double sigma_m = 0.0;  ///< uncertainty of the pairing before the decision
 };
 
 struct JoinReport {
-  int candidates = 0;             ///< pairs of maps compared
-  std::vector<LoopAttempt> loops; ///< compared pairs, in the order of the comparison
+  int candidates = 0;              ///< pairs of maps compared
+  std::vector<LoopAttempt> loops;  ///< compared pairs, in the order of the comparison
   double association_time_s = 0.0;
   bool budget_exhausted = false;
 };
 
 struct LandmarkEstimate {
-  GaussianPoint2 position;        ///< world frame
+  GaussianPoint2 position;  ///< world frame
   MapLandmark landmark;
-  int base = 0;                   ///< of the map that holds it
+  int base = 0;  ///< of the map that holds it
 };
 
 struct LiveMapEstimate {
@@ -45,8 +45,8 @@ struct LiveMapEstimate {
 
 /// Everything a method knows at one moment, in the world frame.
 struct WorldEstimate {
-  std::vector<Se2> global_T_base;        ///< by base index: base k is where submap k starts, the last one is the present border
-  Eigen::MatrixXd base_covariance;       ///< joint, 3 per base, additive coordinates
+  std::vector<Se2> global_T_base;   ///< by base index: base k is where submap k starts, the last one is the present border
+  Eigen::MatrixXd base_covariance;  ///< joint, 3 per base, additive coordinates
   std::vector<LandmarkEstimate> landmarks;
   std::vector<LiveMapEstimate> maps;
 };

@@ -33,12 +33,14 @@ struct SelectiveJoinerConfig {
   bool final_adjustment = true;
   template <class Visitor>
   void visit(Visitor& v) {
-    v.field("fusion_threshold", fusion_threshold, Rule::closed(0, 1), "two maps are fused when they share this fraction of the newer submap's landmarks");
+    v.field("fusion_threshold", fusion_threshold, Rule::closed(0, 1),
+            "two maps are fused when they share this fraction of the newer submap's landmarks");
     v.field("min_pairs", min_pairs, Rule::at_least(2), "... and at least so many landmarks");
     v.field("min_gap", min_gap, Rule::at_least(1), "submaps at most this many apart in time are not compared");
     v.field("max_fused_landmarks", max_fused_landmarks, Rule::at_least(3), "a fused map holds at most so many landmarks");
     v.field("max_pairing_sigma_m", max_pairing_sigma_m, Rule::positive(),
-            "pairings of maps whose relative position is less sure than this are refused as ambiguous (about 0.16 of the landmark spacing on a lattice, "
+            "pairings of maps whose relative position is less sure than this are refused as ambiguous (about 0.16 of the landmark spacing "
+            "on a lattice, "
             "0.3 in an irregular field)");
     v.field("gate_probability", gate_probability, Rule::open(0, 1), "individual gate of a pairing between maps");
     v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings between two maps");
@@ -46,11 +48,14 @@ struct SelectiveJoinerConfig {
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one pair of maps");
     v.choice("solver", solver, Choices<GlobalSolver>{{"ekf", GlobalSolver::kInvariantEkf}, {"gauss-newton", GlobalSolver::kGaussNewton}},
              "global update: one invariant EKF step a fusion, or sparse Gauss-Newton over the port factors");
-    v.field("dense_bases", dense_bases, Rule::at_least(2), "above so many live bases the EKF's dense covariance gives way to sparse port factors");
-    v.field("max_ports", max_ports, Rule::at_least(2), "a fused map drops its least sure ports beyond this number, so that visiting an area again and again stays cheap");
+    v.field("dense_bases", dense_bases, Rule::at_least(2),
+            "above so many live bases the EKF's dense covariance gives way to sparse port factors");
+    v.field("max_ports", max_ports, Rule::at_least(2),
+            "a fused map drops its least sure ports beyond this number, so that visiting an area again and again stays cheap");
     v.field("min_shared_bases", min_shared_bases, Rule::at_least(2),
             "thinning leaves two maps at least so many common base frames, the surest");
-    v.field("max_inner_poses", max_inner_poses, Rule::at_least(0), "a fused map keeps so many inner base frames in its state; older ones are frozen in its frame");
+    v.field("max_inner_poses", max_inner_poses, Rule::at_least(0),
+            "a fused map keeps so many inner base frames in its state; older ones are frozen in its frame");
     v.field("final_adjustment", final_adjustment, "Gauss-Newton over all port factors at the end of the mission");
   }
 };
@@ -91,7 +96,8 @@ class SelectiveJoiner final : public MapJoiner {
 
   void replace_users(const LiveMap& map, int change);
   [[nodiscard]] std::vector<bool> ports_of(const LiveMap& map) const;
-  /// With more than max_ports ports, drops the bases that `fused` shares with other maps beyond min_shared_bases (J-19); returns the maps that now hold one alone.
+  /// With more than max_ports ports, drops the bases that `fused` shares with other maps beyond min_shared_bases (J-19); returns the maps
+  /// that now hold one alone.
   [[nodiscard]] std::vector<int> loosen_ties(LiveMap& fused);
   void freeze_inner_poses(LiveMap& fused);
 

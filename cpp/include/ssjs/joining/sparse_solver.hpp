@@ -15,7 +15,7 @@ namespace ssjs {
 struct PortFactor {
   int base = 0;
   std::vector<int> ports;
-  Eigen::VectorXd mean;         ///< 3 per port
+  Eigen::VectorXd mean;  ///< 3 per port
   Eigen::MatrixXd information;
 };
 

@@ -23,7 +23,8 @@ struct SplitPolicyConfig {
     v.field("max_sigma_heading_rad", max_sigma_heading_rad, Rule::positive(), "standard deviation of the heading that closes it");
     v.field("max_distance_m", max_distance_m, Rule::positive(), "distance travelled that closes it");
     v.field("max_duration_s", max_duration_s, Rule::positive(), "duration that closes it");
-    v.field("min_landmarks", min_landmarks, Rule::not_negative(), "submaps with fewer landmarks are not closed by uncertainty, distance or time");
+    v.field("min_landmarks", min_landmarks, Rule::not_negative(),
+            "submaps with fewer landmarks are not closed by uncertainty, distance or time");
   }
 };
 

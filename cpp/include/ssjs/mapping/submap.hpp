@@ -19,8 +19,8 @@ struct MapLandmark {
 /// base_T_vehicle + exit_gain * (s - exit estimate) with covariance conditional_covariance (C-4).
 struct SubmapStep {
   double time_s = 0.0;
-  Se2 base_T_vehicle;                ///< the filter's estimate at that time
-  Eigen::Matrix3d covariance;        ///< of that estimate
+  Se2 base_T_vehicle;          ///< the filter's estimate at that time
+  Eigen::Matrix3d covariance;  ///< of that estimate
   Eigen::Matrix3d exit_gain;
   Eigen::Matrix3d conditional_covariance;
 };
@@ -30,8 +30,8 @@ struct Submap {
   double start_time_s = 0.0;
   double end_time_s = 0.0;
   std::string closed_because;
-  MapState state;                         ///< vehicle block = exit pose, base_T_next_base
-  std::vector<MapLandmark> landmarks;     ///< in the order of the state
+  MapState state;                      ///< vehicle block = exit pose, base_T_next_base
+  std::vector<MapLandmark> landmarks;  ///< in the order of the state
   std::vector<SubmapStep> steps;
 };
 

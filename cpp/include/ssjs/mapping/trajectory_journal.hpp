@@ -35,12 +35,12 @@ class TrajectoryJournal final : public FilterWatcher {
   struct Entry {
     Kind kind = Kind::kStep;
     Eigen::Matrix3d transition = Eigen::Matrix3d::Identity();  ///< of the vehicle since the entry before
-    std::size_t data = 0;             ///< where its numbers start in numbers_
-    Eigen::Index rows = 0;            ///< update: state size n; step: landmark coordinates in the snapshot
-    Eigen::Index columns = 0;         ///< update: innovation size k; remove: index of the last landmark
-    std::size_t observation = 0;      ///< update: first of k / 2 in observations_
-    Eigen::Index landmark = 0;        ///< remove
-    bool has_snapshot = false;        ///< step: numbers_ holds P(vehicle, landmarks) at this step
+    std::size_t data = 0;                                      ///< where its numbers start in numbers_
+    Eigen::Index rows = 0;                                     ///< update: state size n; step: landmark coordinates in the snapshot
+    Eigen::Index columns = 0;                                  ///< update: innovation size k; remove: index of the last landmark
+    std::size_t observation = 0;                               ///< update: first of k / 2 in observations_
+    Eigen::Index landmark = 0;                                 ///< remove
+    bool has_snapshot = false;                                 ///< step: numbers_ holds P(vehicle, landmarks) at this step
   };
 
   void push(Entry entry);

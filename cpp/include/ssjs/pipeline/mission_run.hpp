@@ -16,8 +16,8 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 /// triangle (6 numbers) of the additive coordinates.
 struct MissionResult {
   Eigen::VectorXd time_s;
-  RowMatrix pose, covariance;                 ///< the final trajectory
-  RowMatrix online_pose, online_covariance;   ///< what a pilot would have seen at the time
+  RowMatrix pose, covariance;                ///< the final trajectory
+  RowMatrix online_pose, online_covariance;  ///< what a pilot would have seen at the time
   RowMatrix dead_reckoning;
   std::vector<std::int64_t> submap;
   Eigen::VectorXd step_time_us;
@@ -27,17 +27,17 @@ struct MissionResult {
     double nis;
     int dof;
   };
-  std::vector<Update> updates;                ///< one a scan update
+  std::vector<Update> updates;  ///< one a scan update
   std::vector<LoopAttempt> loops;
-  std::vector<Submap> submaps;                ///< without their steps
+  std::vector<Submap> submaps;  ///< without their steps
   WorldEstimate world;
 
-  int observations = 0;                       ///< landmark observations used or tried
+  int observations = 0;  ///< landmark observations used or tried
   int scan_wrong_pairs = 0;
   int loop_candidates = 0, loop_closures = 0, map_wrong_pairs = 0;
-  bool map_identities_known = false;          ///< at least one accepted pairing could be checked
-  int budget_exhausted = 0;                   ///< searches stopped by their node budget
-  double fusion_chi_squared = 0.0;            ///< summed over the fusions
+  bool map_identities_known = false;  ///< at least one accepted pairing could be checked
+  int budget_exhausted = 0;           ///< searches stopped by their node budget
+  double fusion_chi_squared = 0.0;    ///< summed over the fusions
   int fusion_dof = 0;
 
   double time_total_s = 0.0, time_local_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;

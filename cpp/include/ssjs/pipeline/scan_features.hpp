@@ -17,6 +17,7 @@ namespace ssjs {
 [[nodiscard]] Features detect_features(const LaserScan& scan, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor);
 
 /// The usable features of an observation of any kind; nothing for odometry.
-[[nodiscard]] std::optional<Features> observed_features(const Event& event, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor);
+[[nodiscard]] std::optional<Features> observed_features(const Event& event, const TreeDetectorConfig& trees,
+                                                        const RangeBearingConfig& sensor);
 
 }  // namespace ssjs

@@ -25,7 +25,8 @@ struct VehicleConfig {
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("kind", kind,
-             Choices<VehicleKind>{{"ackerman", VehicleKind::kAckerman}, {"unicycle", VehicleKind::kUnicycle}, {"increments", VehicleKind::kIncrements}},
+             Choices<VehicleKind>{
+                 {"ackerman", VehicleKind::kAckerman}, {"unicycle", VehicleKind::kUnicycle}, {"increments", VehicleKind::kIncrements}},
              "motion model: steering and wheel speed, speed and turn rate, or measured pose increments");
     v.section("ackerman", ackerman, "car-like vehicle");
     v.section("unicycle", unicycle, "speed and turn rate");

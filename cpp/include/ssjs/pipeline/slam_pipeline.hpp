@@ -17,12 +17,12 @@ namespace ssjs {
 /// What one event did.
 struct StepReport {
   double time_s = 0.0;
-  GaussianSe2 global_T_vehicle;          ///< after the event
+  GaussianSe2 global_T_vehicle;  ///< after the event
   int submap = 0;
-  std::optional<ScanResult> scan;        ///< of an observation event
-  std::optional<JoinReport> join;        ///< when the event closed a submap
-  double local_time_s = 0.0;             ///< wall time spent in the local map, without association
-  double global_time_s = 0.0;            ///< in the joining layer, without association
+  std::optional<ScanResult> scan;  ///< of an observation event
+  std::optional<JoinReport> join;  ///< when the event closed a submap
+  double local_time_s = 0.0;       ///< wall time spent in the local map, without association
+  double global_time_s = 0.0;      ///< in the joining layer, without association
   double association_time_s = 0.0;
 };
 
@@ -58,7 +58,7 @@ class SlamPipeline {
   GaussianSe2 global_T_base_;
   Se2 dead_reckoning_;
   std::optional<double> time_s_;
-  std::optional<Event> command_;   ///< held velocity command
+  std::optional<Event> command_;  ///< held velocity command
   bool finished_ = false;
 };
 
