@@ -94,7 +94,9 @@ def simulation(data_set: Callable[[str], Path]) -> Simulation:
 
 def test_error_and_consistency_on_the_published_noise(simulation: Simulation) -> None:
     result = simulation.run(simulation.increments, simulation.scans)
-    error = _core.trajectory_error(result["time_s"], result["pose"], np.arange(simulation.poses.shape[1], dtype=float), simulation.poses[:2].T)
+    error = _core.trajectory_error(
+        result["time_s"], result["pose"], np.arange(simulation.poses.shape[1], dtype=float), simulation.poses[:2].T
+    )
     assert error is not None
     assert error["rmse_m"] < 0.3
     assert np.mean(simulation.nees(result) < _core.chi_squared_quantile(0.95, 3)) >= 0.90
