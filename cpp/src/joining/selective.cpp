@@ -39,6 +39,16 @@ std::vector<Pair> pair_by_identity(const Encounter& meeting, const LiveMap& a, c
   return pairs;
 }
 
+/// Identities that both maps hold, counted without looking at any covariance.
+int common_identities(const LiveMap& a, const LiveMap& b) {
+  std::set<std::int64_t> of_a;
+  for (const MapLandmark& landmark : a.landmarks) {
+    if (landmark.source_id) of_a.insert(*landmark.source_id);
+  }
+  return static_cast<int>(std::count_if(b.landmarks.begin(), b.landmarks.end(),
+                                        [&](const MapLandmark& l) { return l.source_id && of_a.count(*l.source_id) != 0; }));
+}
+
 std::optional<int> count_wrong(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b) {
   int wrong = 0;
   for (const Pair& pair : pairs) {
@@ -143,6 +153,13 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
   if (gate && !(placement.sigma_m <= 2.0 * *gate)) {  // the centroid is not yet a landmark: twice the gate dismisses only the hopeless
     attempt.reason = "ambiguous: the maps' relative position is too unsure";
     return false;
+  }
+  if (association_ == AssociationMethod::kKnown) {
+    attempt.pairs = common_identities(a, b);
+    if (attempt.pairs < needed) {
+      attempt.reason = "too few landmarks in common";
+      return false;
+    }
   }
   const Encounter meeting = encounter(a, b, global_, kReachSigmas * placement.sigma_m + kReachMargin);
   if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) {

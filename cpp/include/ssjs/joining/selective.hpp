@@ -26,7 +26,7 @@ struct SelectiveJoinerConfig {
   double fusion_probability = 0.99;
   int node_budget = 1500;
   GlobalSolver solver = GlobalSolver::kInvariantEkf;
-  int dense_bases = 500;
+  int dense_bases = 350;
   int max_ports = 24;
   int min_shared_bases = 2;
   int max_inner_poses = 100;
