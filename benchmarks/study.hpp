@@ -1,0 +1,31 @@
+/// The mission studies of the program ssjs_study. Each prints its tables.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace ssjs::benchmarks {
+
+struct StudyOptions {
+  int rounds = 5;                     ///< repetitions; tables show medians
+  int seeds = 5;                      ///< missions whose accuracy is averaged
+  int laps = 40;                      ///< of the revisited circuit
+  int columns = 200, rows = 100;      ///< landmarks of the explored field
+  std::string association = "known";  ///< or "jcbb"
+  std::uint64_t seed = 0;
+  std::string csv;  ///< one line a closing; empty: no file
+};
+
+/// Scenario S: a bare EKF, the pipeline's EKF and SSJS on the same events, interleaved.
+void study_grid_survey(const StudyOptions& options);
+
+/// The global level per closing while a fixed area is driven again and again.
+void study_revisit(const StudyOptions& options);
+
+/// The global level per closing in a growing field: a landmark is seen from neighbouring lines only.
+void study_exploration(const StudyOptions& options);
+
+/// The same closings with the dense covariance and with sparse port factors, by the number of live bases.
+void study_crossover(const StudyOptions& options);
+
+}  // namespace ssjs::benchmarks
