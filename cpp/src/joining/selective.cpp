@@ -324,8 +324,8 @@ WorldEstimate SelectiveJoiner::estimate() const {
     estimate.global_T_base[static_cast<std::size_t>(frozen->base)] = global_T_reference * frozen->reference_T_base.mean;
     const Eigen::Matrix3d J1 = compose_jacobian_left(global_T_reference, frozen->reference_T_base.mean);
     const Eigen::Matrix3d J2 = compose_jacobian_right(global_T_reference);
-    const auto row = static_cast<Eigen::Index>(3 * frozen->base);
-    const auto from = static_cast<Eigen::Index>(3 * frozen->reference);
+    const auto row = 3 * static_cast<Eigen::Index>(frozen->base);
+    const auto from = 3 * static_cast<Eigen::Index>(frozen->reference);
     J.middleRows<3>(row) = J1 * J.middleRows<3>(from);
     noise.middleRows<3>(row) = J1 * noise.middleRows<3>(from);
     noise.middleCols<3>(row) = noise.middleCols<3>(from) * J1.transpose();
