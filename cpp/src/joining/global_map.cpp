@@ -34,8 +34,7 @@ void mirror_lower(Eigen::Ref<Eigen::MatrixXd> P) {
 }  // namespace
 
 GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
-    : solver_(solver),
-      dense_bases_(static_cast<std::size_t>(dense_bases)),
+    : dense_bases_(static_cast<std::size_t>(dense_bases)),
       sparse_(solver == GlobalSolver::kGaussNewton),
       poses_{Se2{}},
       live_{0},

@@ -57,7 +57,6 @@ class GlobalMap {
   void extend_tail(const LiveMap& map);
   [[nodiscard]] Eigen::Matrix3d sparse_cross_covariance(int row_base, int column_base) const;
 
-  GlobalSolver solver_;
   std::size_t dense_bases_;
   bool sparse_;
   std::vector<Se2> poses_;             ///< by base index; the entry of a forgotten base is its last estimate
