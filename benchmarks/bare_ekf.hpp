@@ -88,7 +88,7 @@ struct BareEkf {
         S_now.block<2, 2>(i, i) += h.R;
       }
       const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> LLt(S_now);
-      auto Y = PHt.leftCols(k);
+      auto Y = PHt.topLeftCorner(n, k);
       LLt.matrixU().solveInPlace<Eigen::OnTheRight>(Y);
       LLt.matrixL().solveInPlace(innovation.head(k));
       x.head(n).noalias() += Y * innovation.head(k);

@@ -49,7 +49,7 @@ class PipelineRun {
   GaussianSe2 feed(const Event& event) { return pipeline_.feed(event).global_T_vehicle; }
   void finish() { static_cast<void>(pipeline_.finish()); }
   [[nodiscard]] MapAnswer map() const {
-    const WorldEstimate world = pipeline_.world();
+    const WorldEstimate world = pipeline_.world(BaseCovariance::kJoint);
     MapAnswer answer;
     answer.landmarks_m.resize(2, static_cast<Eigen::Index>(world.landmarks.size()));
     for (const LandmarkEstimate& landmark : world.landmarks) {
@@ -61,7 +61,7 @@ class PipelineRun {
   }
   /// Of all submap borders together.
   [[nodiscard]] double joint_nees_per_dof(const SimulatedMission& mission) const {
-    const WorldEstimate world = pipeline_.world();
+    const WorldEstimate world = pipeline_.world(BaseCovariance::kJoint);
     const auto bases = static_cast<Eigen::Index>(world.global_T_base.size());
     Eigen::VectorXd error(3 * (bases - 1));
     for (Eigen::Index k = 1; k < bases; ++k) {

@@ -178,15 +178,14 @@ GlobalMission join_all(const std::vector<Submap>& submaps, const SimulatedMissio
   if (!with_map) return result;
   result.finish_s = cpu_time_s([&] { joining.joiner().finish(); });
   WorldEstimate world;
-  result.estimate_s = cpu_time_s([&] { world = joining.joiner().estimate(); });
+  result.estimate_s = cpu_time_s([&] { world = joining.joiner().estimate(BaseCovariance::kBorders); });
   result.memory_estimated_mb = peak_memory_mb();
   measure_map(world, mission, result);
   std::vector<double> base_nees;
   for (const Submap& submap : submaps) {
-    const auto base = static_cast<std::size_t>(submap.index) + 1;
-    const Eigen::Vector3d error = additive_difference(world.global_T_base[base], testing::truth_at(mission, submap.end_time_s));
-    const auto row = static_cast<Eigen::Index>(3 * base);
-    base_nees.push_back(normalized_squared_error(error, world.base_covariance.block<3, 3>(row, row)));
+    const auto k = static_cast<std::size_t>(submap.index);
+    const Eigen::Vector3d error = additive_difference(world.global_T_base[k + 1], testing::truth_at(mission, submap.end_time_s));
+    base_nees.push_back(normalized_squared_error(error, world.border_covariance[k].bottomRightCorner<3, 3>()));
   }
   result.base_nees = mean(base_nees);
   return result;

@@ -31,7 +31,7 @@ py::list submap_list(const MissionResult& result) {
     entry["start_time_s"] = submap.start_time_s;
     entry["end_time_s"] = submap.end_time_s;
     entry["base_pose"] = numbers(result.world.global_T_base[k]);
-    entry["base_covariance"] = upper_triangle(result.world.base_covariance.block<3, 3>(3 * submap.index, 3 * submap.index));
+    entry["base_covariance"] = upper_triangle(result.world.border_covariance[k].topLeftCorner<3, 3>());
     entry["landmarks"] = submap.landmarks.size();
     entry["live_map"] = live_map_of.at(submap.index);
     entry["link_pose"] = numbers(submap.state.vehicle().mean);
@@ -104,21 +104,6 @@ py::dict update_dict(const MissionResult& result) {
   return dict;
 }
 
-py::dict base_dict(const MissionResult& result) {
-  const auto n = static_cast<Eigen::Index>(result.world.global_T_base.size());
-  RowMatrix pose(n, 3);
-  std::vector<std::int64_t> index;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    pose.row(i) = result.world.global_T_base[static_cast<std::size_t>(i)].vector();
-    index.push_back(i);
-  }
-  py::dict dict;
-  dict["index"] = py::array_t<std::int64_t>(n, index.data());
-  dict["pose"] = pose;
-  dict["joint_covariance"] = result.world.base_covariance;
-  return dict;
-}
-
 py::dict to_python(const MissionResult& result) {
   py::dict dict;
   dict["time_s"] = result.time_s;
@@ -142,7 +127,8 @@ py::dict to_python(const MissionResult& result) {
   }
   dict["live_maps"] = maps;
   dict["loops"] = loop_list(result);
-  dict["bases"] = base_dict(result);
+  const Eigen::MatrixXd& joint = result.world.base_covariance;
+  dict["joint_base_covariance"] = joint.size() > 0 ? py::cast(joint) : py::none();
   py::dict counters;
   counters["steps"] = result.time_s.size();
   counters["observations"] = result.observations;

@@ -183,8 +183,12 @@ def interpolated_pose(series: PoseSeries, at_s: FloatArray) -> FloatArray:
 
 def _interpolated_covariance(time_s: FloatArray, covariance: FloatArray, at_s: FloatArray) -> FloatArray:
     """(k, 3, 3) from (n, 6) upper triangles, linear between neighbours."""
-    xx, xy, xh, yy, yh, hh = (np.interp(at_s, time_s, covariance[:, entry]) for entry in range(6))
-    return np.stack([xx, xy, xh, xy, yy, yh, xh, yh, hh], axis=1).reshape(-1, 3, 3)
+    return _symmetric(np.column_stack([np.interp(at_s, time_s, covariance[:, entry]) for entry in range(6)]))
+
+
+def _symmetric(upper: FloatArray) -> FloatArray:
+    """(k, 3, 3) from (k, 6) upper triangles."""
+    return upper[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
 
 
 def _rotation(heading_rad: float) -> FloatArray:
@@ -364,15 +368,16 @@ def _summarize_bases(
     R: FloatArray = np.eye(3)
     R[:2, :2] = _rotation(truth_T_estimate[2])
     values, kept = [], []
-    for row, error in zip(rows.tolist(), errors, strict=True):
-        block = slice(3 * row, 3 * row + 3)
-        value = _squared_error(error, R @ bases.joint_covariance[block, block] @ R.T)
+    for row, error, covariance in zip(rows.tolist(), errors, _symmetric(bases.covariance[rows]), strict=True):
+        value = _squared_error(error, R @ covariance @ R.T)
         if value is not None:
             values.append(value)
             kept.append((row, error))
     if not kept:
         return
     summary["nees_base_mean"] = float(np.mean(values))
+    if bases.joint_covariance is None:
+        return
     blocks = np.concatenate([np.arange(3 * row, 3 * row + 3) for row, _ in kept])
     count = len(kept)
     joint = bases.joint_covariance[np.ix_(blocks, blocks)].reshape(count, 3, count, 3)

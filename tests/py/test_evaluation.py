@@ -1,6 +1,7 @@
 """A vehicle that drives 10 m along x in 10 s, one pose a second, against references whose errors are known."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -134,11 +135,16 @@ def test_nees_is_judged_from_the_start_whatever_the_alignment() -> None:
 def test_base_nees_leaves_out_the_exact_first_base() -> None:
     joint = np.zeros((9, 9))
     joint[3:6, 3:6] = joint[6:9, 6:9] = np.diag([0.01, 0.04, 1e-4])
-    bases = Bases(np.array([0.0, 4.0, 8.0]), np.array([[0.0, 0, 0], [4.1, 0, 0], [8.0, 0.4, 0]]), joint)
-    evaluation = evaluate(estimate_of(bases=bases), Reference(ReferenceDescription(), truth=PoseSeries(TIMES, STRAIGHT)))
+    alone = np.array([[0.0] * 6, [0.01, 0, 0, 0.04, 0, 1e-4], [0.01, 0, 0, 0.04, 0, 1e-4]])
+    bases = Bases(np.array([0.0, 4.0, 8.0]), np.array([[0.0, 0, 0], [4.1, 0, 0], [8.0, 0.4, 0]]), alone, joint)
+    reference = Reference(ReferenceDescription(), truth=PoseSeries(TIMES, STRAIGHT))
+    evaluation = evaluate(estimate_of(bases=bases), reference)
     # (0.1 / 0.1)^2 = 1 and (0.4 / 0.2)^2 = 4: mean 2.5; together 5 over 6 degrees of freedom
     assert evaluation.summary["nees_base_mean"] == pytest.approx(2.5)
     assert evaluation.summary["nees_joint_per_dof"] == pytest.approx(5.0 / 6.0)
+    without_joint = evaluate(estimate_of(bases=replace(bases, joint_covariance=None)), reference).summary
+    assert without_joint["nees_base_mean"] == pytest.approx(2.5)
+    assert without_joint["nees_joint_per_dof"] is None
 
 
 def test_map_errors_by_identity() -> None:

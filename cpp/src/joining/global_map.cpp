@@ -201,13 +201,13 @@ void GlobalMap::refresh() const {
   stale_ = false;
 }
 
-Eigen::Matrix<double, 6, 6> GlobalMap::covariance_bound(int base, int newest) const {
+Matrix6d GlobalMap::covariance_bound(int base, int newest) const {
   if (!sparse_) return covariance({base, newest});
   refresh();
   auto marginal = known_marginal_.find(base);
   if (marginal == known_marginal_.end()) marginal = known_marginal_.emplace(base, sparse_cross_covariance(base, base)).first;
   const Eigen::Matrix3d cross = sparse_cross_covariance(base, newest);
-  Eigen::Matrix<double, 6, 6> joint;
+  Matrix6d joint;
   joint << marginal->second, cross, cross.transpose(), sparse_cross_covariance(newest, newest);
   return joint;
 }
@@ -226,13 +226,12 @@ Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
     }
     return joint;
   }
-  const auto size = static_cast<Eigen::Index>(3 * bases.size());
-  Eigen::MatrixXd joint(size, size);
-  for (std::size_t i = 0; i < bases.size(); ++i) {
-    const Eigen::Index row = 3 * position(live_, bases[i]);
-    for (std::size_t j = 0; j < bases.size(); ++j) {
-      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) =
-          P_.block<3, 3>(row, 3 * position(live_, bases[j]));
+  std::vector<Eigen::Index> rows;
+  for (const int base : bases) rows.push_back(3 * position(live_, base));
+  Eigen::MatrixXd joint(3 * bases.size(), 3 * bases.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = P_.block<3, 3>(rows[i], rows[j]);
     }
   }
   return joint;

@@ -53,8 +53,7 @@ RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const G
   return relative_placement(a, b, global, global.covariance({a.base, b.base}));
 }
 
-RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
-                                     const Eigen::Matrix<double, 6, 6>& P_bases) {
+RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const Matrix6d& P_bases) {
   const RelativePose tau = relative_pose(global.pose(a.base), global.pose(b.base));
   const Eigen::Vector2d a_p_centroid = tau.i_T_j * b.centroid;
   Eigen::Matrix<double, 2, 6> J;  // d(a_p_centroid)/d(bases a, b)

@@ -284,34 +284,14 @@ void SelectiveJoiner::finish() {
   if (config_.final_adjustment && newest_base_ > 0) global_.relinearize();
 }
 
-WorldEstimate SelectiveJoiner::estimate() const {
+WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
   WorldEstimate estimate;
-  const auto count = static_cast<std::size_t>(newest_base_) + 1;
-  estimate.global_T_base.resize(count);
-  const std::vector<int>& live = global_.bases();
-  const Eigen::MatrixXd P = global_.covariance(live);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * count), P.cols());  // d(base)/d(live bases)
-  std::map<int, Eigen::Index> column;
-  for (std::size_t i = 0; i < live.size(); ++i) {
-    column[live[i]] = static_cast<Eigen::Index>(3 * i);
-    estimate.global_T_base[static_cast<std::size_t>(live[i])] = global_.pose(live[i]);
-    J.block<3, 3>(3 * live[i], static_cast<Eigen::Index>(3 * i)).setIdentity();
-  }
-  Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  BaseEstimate bases(global_, newest_base_ + 1);
   std::map<int, std::size_t> first_of;
   for (const auto& [base, map] : maps_) {
     const WorldMap world = to_world(map, global_);
+    bases.add(map, world);
     first_of[base] = estimate.landmarks.size();
-    for (Eigen::Index i = map.ports; i < map.pose_count(); ++i) {
-      const int inner = map.poses[static_cast<std::size_t>(i)];
-      estimate.global_T_base[static_cast<std::size_t>(inner)] = world.global_T_pose[static_cast<std::size_t>(i)];
-      for (std::size_t k = 0; k < world.bases.size(); ++k) {
-        J.block<3, 3>(3 * inner, column.at(world.bases[k])) = world.J_poses.block<3, 3>(3 * i, static_cast<Eigen::Index>(3 * k));
-      }
-      for (Eigen::Index j = map.ports; j < map.pose_count(); ++j) {
-        noise.block<3, 3>(3 * inner, 3 * map.poses[static_cast<std::size_t>(j)]) = world.pose_noise.block<3, 3>(3 * i, 3 * j);
-      }
-    }
     for (Eigen::Index i = 0; i < map.landmark_count(); ++i) {
       estimate.landmarks.push_back({{world.landmarks.col(i), world.landmark_covariance[static_cast<std::size_t>(i)]},
                                     map.landmarks[static_cast<std::size_t>(i)],
@@ -319,20 +299,10 @@ WorldEstimate SelectiveJoiner::estimate() const {
     }
     estimate.maps.push_back({base, map.members, static_cast<int>(map.landmark_count())});
   }
-  for (auto frozen = frozen_.rbegin(); frozen != frozen_.rend(); ++frozen) {  // (J-18): a reference was frozen after what hangs on it
-    const Se2& global_T_reference = estimate.global_T_base[static_cast<std::size_t>(frozen->reference)];
-    estimate.global_T_base[static_cast<std::size_t>(frozen->base)] = global_T_reference * frozen->reference_T_base.mean;
-    const Eigen::Matrix3d J1 = compose_jacobian_left(global_T_reference, frozen->reference_T_base.mean);
-    const Eigen::Matrix3d J2 = compose_jacobian_right(global_T_reference);
-    const auto row = 3 * static_cast<Eigen::Index>(frozen->base);
-    const auto from = 3 * static_cast<Eigen::Index>(frozen->reference);
-    J.middleRows<3>(row) = J1 * J.middleRows<3>(from);
-    noise.middleRows<3>(row) = J1 * noise.middleRows<3>(from);
-    noise.middleCols<3>(row) = noise.middleCols<3>(from) * J1.transpose();
-    noise.block<3, 3>(row, row) =
-        J1 * noise.block<3, 3>(from, from) * J1.transpose() + J2 * frozen->reference_T_base.covariance * J2.transpose();
-  }
-  estimate.base_covariance = J * P * J.transpose() + noise;
+  for (auto frozen = frozen_.rbegin(); frozen != frozen_.rend(); ++frozen) bases.add(*frozen);  // a reference is frozen after its followers
+  estimate.global_T_base = bases.global_T_base();
+  for (int k = 0; k < newest_base_; ++k) estimate.border_covariance.push_back(bases.border_covariance(k));
+  if (covariance == BaseCovariance::kJoint) estimate.base_covariance = bases.joint_covariance();
   estimate.landmarks = without_duplicates(estimate.landmarks, first_of);
   return estimate;
 }

@@ -14,8 +14,9 @@ namespace {
 
 constexpr int kMaxIterations = 20;
 constexpr int kMaxHalvings = 8;
-constexpr double kConvergedStep = 1e-6;      // m and rad, largest component; convergence is quadratic near the end
-constexpr double kRelativeDecrease = 1e-10;  // of the cost
+constexpr std::size_t kMaxKeptColumns = 1000;  // of the covariance, 3 a base
+constexpr double kConvergedStep = 1e-6;        // m and rad, largest component; convergence is quadratic near the end
+constexpr double kRelativeDecrease = 1e-10;    // of the cost
 
 }  // namespace
 
@@ -183,10 +184,11 @@ struct SparsePoseSolver::Implementation {
     return cost;
   }
 
-  /// The covariance's columns of one base, solved for once per factor.
+  /// The covariance's columns of one base, solved for once per factor as far as memory is meant for them.
   const Eigen::MatrixXd& columns_of(int base) {
     auto found = columns.find(base);
     if (found == columns.end()) {
+      if (columns.size() >= kMaxKeptColumns) columns.clear();
       Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * unknowns.size()), 3);
       unit.middleRows<3>(3 * slot_of(base)).setIdentity();
       found = columns.emplace(base, solve(unit)).first;

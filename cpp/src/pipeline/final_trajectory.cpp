@@ -9,7 +9,7 @@ std::vector<TrajectoryPoint> final_trajectory(const std::vector<Submap>& submaps
     const Se2& global_T_base = world.global_T_base[k];
     const RelativePose exit = relative_pose(global_T_base, world.global_T_base[k + 1]);
     const Eigen::Vector3d shift = additive_difference(exit.i_T_j, submap.state.vehicle().mean);
-    const Eigen::Matrix<double, 6, 6> P = world.base_covariance.block<6, 6>(3 * submap.index, 3 * submap.index);  // bases k, k + 1
+    const Matrix6d& P = world.border_covariance[k];
     const Eigen::Matrix3d J_right = compose_jacobian_right(global_T_base);
     for (const SubmapStep& step : submap.steps) {
       const Se2 base_T_vehicle = additive_step(step.base_T_vehicle, step.exit_gain * shift);  // (C-5)

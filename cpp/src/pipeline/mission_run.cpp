@@ -8,6 +8,8 @@
 namespace ssjs {
 namespace {
 
+constexpr std::size_t kMaxJointBases = 400;  // beyond, the joint covariance of the bases is left out: 12 MB and growing with the square
+
 using Clock = std::chrono::steady_clock;
 
 void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const GaussianSe2& value) {
@@ -73,7 +75,8 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
   result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
 
   if (n > 0) {
-    result.world = pipeline.world();
+    const bool joint = pipeline.submaps().size() <= kMaxJointBases;
+    result.world = pipeline.world(joint ? BaseCovariance::kJoint : BaseCovariance::kBorders);
     const std::vector<TrajectoryPoint> trajectory = final_trajectory(pipeline.submaps(), result.world);
     for (Eigen::Index i = 0; i < n; ++i)
       put(result.pose, result.covariance, i, trajectory.at(static_cast<std::size_t>(i)).global_T_vehicle);

@@ -112,8 +112,6 @@ REFERENCE_KEYS = (
     "map_error_matched",
     "nees_dof",
 )
-# Above so many bases their joint covariance is not kept: it grows with the square (400 bases: 12 MB).
-MAX_KEPT_BASES = 400
 
 
 @dataclass(frozen=True)
@@ -130,11 +128,15 @@ class Landmarks:
 
 @dataclass(frozen=True)
 class Bases:
-    """time_s (b,), pose (b, 3), joint_covariance (3b, 3b) of the bases in the global frame, final."""
+    """time_s (b,), pose (b, 3), covariance (b, 6) upper triangles of the bases in the global frame, final.
+
+    joint_covariance (3b, 3b) is absent in a long mission.
+    """
 
     time_s: FloatArray
     pose: FloatArray
-    joint_covariance: FloatArray
+    covariance: FloatArray
+    joint_covariance: FloatArray | None
 
 
 @dataclass(frozen=True)
@@ -213,14 +215,8 @@ def landmarks_of(result: Mapping[str, Any]) -> Landmarks:
 def estimate_of(result: Mapping[str, Any]) -> Estimate:
     """The estimate as the estimator returned it."""
     time_s = np.asarray(result["time_s"], dtype=np.float64)
-    bases = result["bases"]
-    start_time_s = {submap["index"]: submap["start_time_s"] for submap in result["submaps"]}
-    base_pose = np.asarray(bases["pose"], dtype=np.float64).reshape(-1, 3)
-    base_indices = [int(index) for index in bases["index"]]
-    timed = [row for row, index in enumerate(base_indices) if index in start_time_s]
-    rows = np.array(timed, dtype=np.int64)
-    blocks = (3 * rows[:, None] + np.arange(3)).ravel()
-    joint = np.asarray(bases["joint_covariance"], dtype=np.float64)
+    submaps = result["submaps"]  # submap k starts at base k
+    joint = result["joint_base_covariance"]
     return Estimate(
         final=PoseSeries(time_s, np.asarray(result["pose"], dtype=np.float64)),
         final_covariance=np.asarray(result["covariance"], dtype=np.float64),
@@ -229,7 +225,10 @@ def estimate_of(result: Mapping[str, Any]) -> Estimate:
         dead_reckoning=PoseSeries(time_s, np.asarray(result["dead_reckoning"], dtype=np.float64)),
         landmarks=landmarks_of(result),
         bases=Bases(
-            np.array([start_time_s[base_indices[row]] for row in timed], dtype=np.float64), base_pose[rows], joint[np.ix_(blocks, blocks)]
+            np.array([submap["start_time_s"] for submap in submaps], dtype=np.float64),
+            np.array([submap["base_pose"] for submap in submaps], dtype=np.float64).reshape(-1, 3),
+            np.array([submap["base_covariance"] for submap in submaps], dtype=np.float64).reshape(-1, 6),
+            None if joint is None else np.asarray(joint, dtype=np.float64)[: 3 * len(submaps), : 3 * len(submaps)],
         ),
         update_time_s=np.asarray(result["updates"]["time_s"], dtype=np.float64),
     )
@@ -256,9 +255,10 @@ def write_estimate(directory: Path, estimate: Estimate, result: Mapping[str, Any
     submaps = {key: numbers_of(result[key]) for key in ("submaps", "live_maps", "loops")}
     (directory / SUBMAPS_FILE).write_text(json_text(submaps), encoding="utf-8")
     (directory / GRAPH_FILE).write_text(g2o_text(submap_graph(result["submaps"])), encoding="utf-8")
-    if estimate.bases is not None and len(estimate.bases.time_s) <= MAX_KEPT_BASES:
+    if estimate.bases is not None:
         bases = estimate.bases
-        np.savez_compressed(directory / BASES_FILE, time_s=bases.time_s, pose=bases.pose, joint_covariance=bases.joint_covariance)
+        joint = {} if bases.joint_covariance is None else {"joint_covariance": bases.joint_covariance}
+        np.savez_compressed(directory / BASES_FILE, time_s=bases.time_s, pose=bases.pose, covariance=bases.covariance, **joint)
     if geodetic is not None:
         landmarks = estimate.landmarks
         text = map_geojson(estimate.final.pose[:, :2], landmarks.position, landmarks.covariance, landmarks.ids.tolist(), geodetic)
@@ -332,7 +332,7 @@ def _read_bases(path: Path) -> Bases | None:
     if not path.is_file():
         return None
     with np.load(path, allow_pickle=False) as archive:
-        return Bases(archive["time_s"], archive["pose"], archive["joint_covariance"])
+        return Bases(archive["time_s"], archive["pose"], archive["covariance"], archive.get("joint_covariance"))
 
 
 def replace_json(path: Path, document: Mapping[str, Any]) -> None:

@@ -70,7 +70,7 @@ struct Joined {
       }
     }
     joiner.finish();
-    world = joiner.estimate();
+    world = joiner.estimate(BaseCovariance::kJoint);
   }
 
   SelectiveJoiner joiner;
@@ -153,6 +153,8 @@ Agreement compare(const Joined& run, const Batch& batch) {
     const Eigen::Vector3d difference =
         additive_difference(world.global_T_base[static_cast<std::size_t>(k)], Se2::from_vector(batch.solution.y.segment<3>(3 * (k - 1))));
     for (Eigen::Index c = 0; c < 3; ++c) take(difference(c), world.base_covariance(3 * k + c, 3 * k + c), 3 * (k - 1) + c);
+    const auto of_border = world.base_covariance.block<6, 6>(3 * (k - 1), 3 * (k - 1));
+    EXPECT_LE((world.border_covariance[static_cast<std::size_t>(k - 1)] - of_border).norm(), 1e-9 * of_border.norm());
   }
   for (const auto& [base, map] : run.joiner.maps()) {
     const WorldMap in_world = to_world(map, run.joiner.global());
@@ -288,7 +290,7 @@ TEST(SelectiveJoiner, TheEstimateCoversEverything) {
   for (const Submap& submap : submaps) {
     (void)joiner.take(submap);
     const GaussianSe2 newest = joiner.global_T_newest_base();
-    const WorldEstimate world = joiner.estimate();
+    const WorldEstimate world = joiner.estimate(BaseCovariance::kJoint);
     ASSERT_EQ(world.global_T_base.size(), static_cast<std::size_t>(submap.index) + 2);
     EXPECT_EQ(world.global_T_base.back().vector(), newest.mean.vector());
     EXPECT_LE((world.base_covariance.bottomRightCorner<3, 3>() - newest.covariance).cwiseAbs().maxCoeff(), 1e-15);
@@ -309,7 +311,7 @@ TEST(SelectiveJoiner, TheEstimateCoversEverything) {
     EXPECT_EQ(sightings, 0);
   }
   // Every landmark is where it should be, by its own covariance.
-  for (const LandmarkEstimate& landmark : joiner.estimate().landmarks) {
+  for (const LandmarkEstimate& landmark : joiner.estimate(BaseCovariance::kJoint).landmarks) {
     const Eigen::Vector2d error = landmark.position.mean - laps.world.landmarks.col(*landmark.landmark.source_id);
     EXPECT_LE(normalized_squared_error(error, landmark.position.covariance), 36.0);
   }

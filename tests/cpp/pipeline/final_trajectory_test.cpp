@@ -20,7 +20,8 @@ struct Mission {
 
   explicit Mission(Rng& rng, int point) {
     for (int k = 0; k < 3; ++k) world.global_T_base.push_back(random_pose(rng, point + k));
-    world.base_covariance = correlated_covariance(rng, testing::state_sigmas(3, 0, 0.5));
+    const Eigen::MatrixXd P = correlated_covariance(rng, testing::state_sigmas(3, 0, 0.5));
+    world.border_covariance = {P.topLeftCorner<6, 6>(), P.bottomRightCorner<6, 6>()};
     for (int k = 0; k < 2; ++k) {
       Submap submap;
       submap.index = k;
@@ -60,8 +61,7 @@ TEST(FinalTrajectory, C5_CovarianceFollowsBothBordersAndWhatTheyLeaveOpen) {
       const Eigen::Matrix<double, 3, 6> J = numeric_jacobian(pose, borders, {2});
       Eigen::Matrix3d R3 = Eigen::Matrix3d::Identity();
       R3.topLeftCorner<2, 2>() = mission.world.global_T_base[k].rotation();
-      const auto at = static_cast<Eigen::Index>(3 * k);
-      const Eigen::Matrix3d expected = J * mission.world.base_covariance.block<6, 6>(at, at) * J.transpose() +
+      const Eigen::Matrix3d expected = J * mission.world.border_covariance[k] * J.transpose() +
                                        R3 * mission.submaps[k].steps[step % 2].conditional_covariance * R3.transpose();
       // the tolerance of a Jacobian times 50 m of lever and 0.25 m^2
       EXPECT_LE((trajectory[step].global_T_vehicle.covariance - expected).cwiseAbs().maxCoeff(), 1e-4 * expected.cwiseAbs().maxCoeff());
@@ -83,7 +83,7 @@ TEST(FinalTrajectory, C5_AStepHalfWayFollowsHalfOfTheCorrection) {
   submap.steps = {half};
   WorldEstimate world;
   world.global_T_base = {{100.0, 0.0, 0.0}, {110.0, 4.0, 0.0}};
-  world.base_covariance = Eigen::MatrixXd::Zero(6, 6);
+  world.border_covariance = {Matrix6d::Zero()};
   const GaussianSe2 pose = final_trajectory({submap}, world)[0].global_T_vehicle;
   EXPECT_LE((pose.mean.vector() - Eigen::Vector3d(105.0, 2.0, 0.0)).norm(), 1e-12);
   EXPECT_LE((pose.covariance - half.conditional_covariance).cwiseAbs().maxCoeff(), 1e-15);

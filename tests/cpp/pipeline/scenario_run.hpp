@@ -94,7 +94,7 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
     }
   }
 
-  const WorldEstimate world = pipeline.world();
+  const WorldEstimate world = pipeline.world(BaseCovariance::kJoint);
   result.submaps = static_cast<int>(pipeline.submaps().size());
   result.live_maps = static_cast<int>(world.maps.size());
   result.landmarks = static_cast<int>(world.landmarks.size());

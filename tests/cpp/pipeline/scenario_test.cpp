@@ -127,7 +127,7 @@ WorldEstimate world_of(const SimulatedMission& mission, SlamConfig config, Globa
   SlamPipeline pipeline(config, 1);
   for (const Event& event : mission.events) pipeline.feed(event);
   pipeline.finish();
-  return pipeline.world();
+  return pipeline.world(BaseCovariance::kJoint);
 }
 
 /// All noise a hundredth: what is left is the algebra of 150 chained fusions and updates.

@@ -184,7 +184,7 @@ TEST(SlamPipeline, SameSeedSameBytes) {
       all.insert(all.end(), landmark.position.mean.data(), landmark.position.mean.data() + 2);
       all.insert(all.end(), landmark.position.covariance.data(), landmark.position.covariance.data() + 4);
     }
-    const Eigen::MatrixXd P = pipeline.world().base_covariance;
+    const Eigen::MatrixXd P = pipeline.world(BaseCovariance::kJoint).base_covariance;
     all.insert(all.end(), P.data(), P.data() + P.size());
     return all;
   };

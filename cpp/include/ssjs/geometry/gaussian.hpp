@@ -7,6 +7,8 @@
 
 namespace ssjs {
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;  ///< covariance of two poses
+
 /// Covariance of the additive coordinates in the parent frame of the mean (se2.hpp).
 struct GaussianSe2 {
   Se2 mean;

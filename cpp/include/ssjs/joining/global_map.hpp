@@ -44,7 +44,7 @@ class GlobalMap {
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& bases) const;
   /// Joint covariance of (base, newest), never smaller than the truth of covariance({base, newest}) but for relinearisation: where that
   /// costs a solve, the marginal of `base` is the last one known, and information only grows. For dismissing far maps cheaply.
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance_bound(int base, int newest) const;
+  [[nodiscard]] Matrix6d covariance_bound(int base, int newest) const;
   [[nodiscard]] const std::vector<int>& bases() const { return live_; }
   [[nodiscard]] bool is_sparse() const { return sparse_; }
 

@@ -19,8 +19,7 @@ struct RelativePlacement {
 };
 [[nodiscard]] RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global);
 /// The same with a joint covariance of the bases (a, b) given.
-[[nodiscard]] RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
-                                                   const Eigen::Matrix<double, 6, 6>& P_bases);
+[[nodiscard]] RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const Matrix6d& P_bases);
 
 /// Landmarks of both maps that can meet, in a's frame: `problem.predicted` those of a, `problem.observed` those of b, with the
 /// joint covariance that includes everything the bases have in common (J-7).

@@ -43,15 +43,19 @@ struct LiveMapEstimate {
   int landmarks = 0;
 };
 
+/// The joint covariance of all bases is dense: it grows with the square of the mission.
+enum class BaseCovariance { kBorders, kJoint };
+
 /// Everything a method knows at one moment, in the world frame.
 struct WorldEstimate {
-  std::vector<Se2> global_T_base;   ///< by base index: base k is where submap k starts, the last one is the present border
-  Eigen::MatrixXd base_covariance;  ///< joint, 3 per base, additive coordinates
+  std::vector<Se2> global_T_base;           ///< by base index: base k is where submap k starts, the last one is the present border
+  std::vector<Matrix6d> border_covariance;  ///< one a submap: of its bases k and k + 1 together, additive coordinates
+  Eigen::MatrixXd base_covariance;          ///< of all bases together, 3 each; empty unless asked for and known to the method
   std::vector<LandmarkEstimate> landmarks;
   std::vector<LiveMapEstimate> maps;
 };
 
-/// A method takes finished submaps one after the other and answers where they are.
+/// A joining method takes finished submaps one after the other and answers where they are.
 class MapJoiner {
  public:
   MapJoiner() = default;
@@ -68,7 +72,7 @@ class MapJoiner {
   /// Called once after the last submap, before estimate(): the time for a last global adjustment.
   virtual void finish() = 0;
 
-  [[nodiscard]] virtual WorldEstimate estimate() const = 0;
+  [[nodiscard]] virtual WorldEstimate estimate(BaseCovariance covariance) const = 0;
 };
 
 }  // namespace ssjs

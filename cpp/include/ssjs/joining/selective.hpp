@@ -8,6 +8,7 @@
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/base/random.hpp"
+#include "ssjs/joining/base_estimate.hpp"
 #include "ssjs/joining/global_map.hpp"
 #include "ssjs/joining/live_map.hpp"
 #include "ssjs/joining/map_joiner.hpp"
@@ -62,13 +63,6 @@ struct SelectiveJoinerConfig {
 
 struct Encounter;
 
-/// A base frame that left the state of its map: its pose in the frame of another base as it was known then (J-18).
-struct FrozenBase {
-  int base;
-  int reference;
-  GaussianSe2 reference_T_base;
-};
-
 class SelectiveJoiner final : public MapJoiner {
  public:
   SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association, std::optional<int> max_submap_landmarks,
@@ -77,7 +71,7 @@ class SelectiveJoiner final : public MapJoiner {
   [[nodiscard]] JoinReport take(const Submap& submap) override;
   [[nodiscard]] GaussianSe2 global_T_newest_base() const override;
   void finish() override;
-  [[nodiscard]] WorldEstimate estimate() const override;
+  [[nodiscard]] WorldEstimate estimate(BaseCovariance covariance) const override;
 
   [[nodiscard]] const GlobalMap& global() const { return global_; }
   [[nodiscard]] const std::map<int, LiveMap>& maps() const { return maps_; }

@@ -43,7 +43,7 @@ class SlamPipeline {
   /// The final trajectory, one point an event; after finish().
   [[nodiscard]] std::vector<TrajectoryPoint> trajectory() const { return final_trajectory(submaps_, world()); }
   [[nodiscard]] const std::vector<Submap>& submaps() const { return submaps_; }
-  [[nodiscard]] WorldEstimate world() const { return joiner_->estimate(); }
+  [[nodiscard]] WorldEstimate world(BaseCovariance covariance = BaseCovariance::kBorders) const { return joiner_->estimate(covariance); }
 
  private:
   void advance(double time_s);
