@@ -5,6 +5,7 @@
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/pipeline/event_check.hpp"
+#include "ssjs/pipeline/mapper_factory.hpp"
 #include "ssjs/pipeline/motion.hpp"
 #include "ssjs/pipeline/scan_features.hpp"
 
@@ -19,22 +20,9 @@ const SlamConfig& valid(const SlamConfig& config) {
   return config;
 }
 
-SubmapBuilderConfig builder_config(const SlamConfig& config) {
-  SubmapBuilderConfig submap = config.submap;
-  if (config.method == Method::kEkf) {  // the textbook filter: one endless map, whose answer is what it filtered at the time
-    submap.split = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
-    submap.condition_trajectory = false;
-    submap.invariant_filter = false;
-  }
-  return submap;
-}
-
 }  // namespace
 
-SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
-    : config_(valid(config)),
-      builder_(builder_config(config), config.association, seed),
-      joiner_(std::make_unique<SelectiveJoiner>(config.joining, config.association.method, config.submap.split.max_landmarks, seed)) {}
+SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed) : config_(valid(config)), mapper_(make_mapper(config_, seed)) {}
 
 StepReport SlamPipeline::feed(const Event& event) {
   if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
@@ -48,9 +36,9 @@ StepReport SlamPipeline::feed(const Event& event) {
   } else {
     move(event);
   }
-  builder_.record_step(event.time_s);
+  mapper_->record_step(event.time_s);
   report.time_s = event.time_s;
-  report.submap = builder_.index();
+  report.submap = mapper_->submap();
   report.global_T_vehicle = global_T_vehicle();
   report.local_time_s = seconds_since(begin) - report.global_time_s - report.association_time_s;
   return report;
@@ -61,13 +49,13 @@ void SlamPipeline::advance(double time_s) {
   const double dt_s = time_s_ ? time_s - *time_s_ : 0.0;
   time_s_ = time_s;
   if (!(dt_s > 0.0) || !command_) return;
-  builder_.predict(time_s, hold_command(builder_.base_T_vehicle().mean, *command_, dt_s, config_.vehicle));
+  mapper_->predict(time_s, hold_command(mapper_->base_T_vehicle(), *command_, dt_s, config_.vehicle));
   dead_reckoning_ = hold_command(dead_reckoning_, *command_, dt_s, config_.vehicle).submap_T_vehicle;
 }
 
 void SlamPipeline::move(const Event& odometry) {
   if (const auto* increment = std::get_if<OdometryIncrement>(&odometry.record)) {
-    builder_.predict(odometry.time_s, predict_increment(builder_.base_T_vehicle().mean, *increment));
+    mapper_->predict(odometry.time_s, predict_increment(mapper_->base_T_vehicle(), *increment));
     dead_reckoning_ = predict_increment(dead_reckoning_, *increment).submap_T_vehicle;
   } else {
     command_ = odometry;
@@ -76,35 +64,21 @@ void SlamPipeline::move(const Event& odometry) {
 
 /// Algorithm 4: predict, associate, update, add features; Algorithm 3: a finished submap goes to the global level.
 void SlamPipeline::observe(const Features& scan, StepReport& report) {
-  report.scan = builder_.observe(*time_s_, scan);
-  report.association_time_s = report.scan->association_time_s;
-  if (report.scan->closed) {
-    const auto begin = Clock::now();
-    report.join = join(*std::exchange(report.scan->closed, std::nullopt));
-    report.association_time_s += report.join->association_time_s;
-    report.global_time_s = seconds_since(begin) - report.join->association_time_s;
+  MapperReport mapped = mapper_->observe(*time_s_, scan);
+  report.association_time_s = mapped.scan.association_time_s;
+  if (mapped.join) {
+    report.association_time_s += mapped.join->association_time_s;
+    report.global_time_s = mapped.join_time_s - mapped.join->association_time_s;
   }
-}
-
-JoinReport SlamPipeline::join(Submap submap) {
-  JoinReport report = joiner_->take(submap);
-  global_T_base_ = joiner_->global_T_newest_base();
-  submaps_.push_back(std::move(submap));
-  return report;
-}
-
-GaussianSe2 SlamPipeline::global_T_vehicle() const {
-  return finished_ ? global_T_base_ : compose_independent(global_T_base_, builder_.base_T_vehicle());
+  report.scan = std::move(mapped.scan);
+  report.join = std::move(mapped.join);
 }
 
 JoinReport SlamPipeline::finish() {
   if (finished_) throw InvalidArgument("finish", "second call", "a mission ends once");
   finished_ = true;
   if (!time_s_) return {};
-  JoinReport report = join(builder_.finish("end of the mission"));
-  joiner_->finish();
-  global_T_base_ = joiner_->global_T_newest_base();
-  return report;
+  return mapper_->finish();
 }
 
 }  // namespace ssjs

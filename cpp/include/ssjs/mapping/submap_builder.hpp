@@ -5,44 +5,15 @@
 #include <optional>
 #include <vector>
 
-#include "ssjs/association/hypothesis.hpp"
-#include "ssjs/association/joint_compatibility.hpp"
 #include "ssjs/base/config_field.hpp"
-#include "ssjs/base/random.hpp"
 #include "ssjs/features/feature.hpp"
 #include "ssjs/filter/ekf.hpp"
+#include "ssjs/mapping/scan_association.hpp"
 #include "ssjs/mapping/split_policy.hpp"
 #include "ssjs/mapping/submap.hpp"
 #include "ssjs/mapping/trajectory_journal.hpp"
 
 namespace ssjs {
-
-enum class AssociationMethod { kKnown, kNearestNeighbour, kJointCompatibility, kRandomizedJointCompatibility };
-
-struct ScanAssociationConfig {
-  AssociationMethod method = AssociationMethod::kJointCompatibility;
-  double gate_probability = 0.99;
-  double joint_gate_probability = 0.99;
-  double new_landmark_squared_distance = 25.0;  ///< the dead band: nearer than this to any landmark is not new
-  int node_budget = 600;
-  std::optional<double> identity_gate_probability;  ///< known identities: pairs outside are misread and dropped
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v.choice("method", method,
-             Choices<AssociationMethod>{{"jcbb", AssociationMethod::kJointCompatibility},
-                                        {"nn", AssociationMethod::kNearestNeighbour},
-                                        {"rjc", AssociationMethod::kRandomizedJointCompatibility},
-                                        {"known", AssociationMethod::kKnown}},
-             "how observations find their landmarks, in scans and between submaps");
-    v.field("gate_probability", gate_probability, Rule::open(0, 1), "individual gate of a pairing in a scan");
-    v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings of a scan");
-    v.field("new_landmark_squared_distance", new_landmark_squared_distance, Rule::not_negative(),
-            "an unpaired observation becomes a landmark only when its squared Mahalanobis distance to every landmark exceeds this");
-    v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one scan");
-    v.field("identity_gate_probability", identity_gate_probability, Rule::open(0, 1),
-            "with known identities, an observation outside this gate of its landmark is misread and dropped; without it all are believed");
-  }
-};
 
 struct SubmapBuilderConfig {
   SplitPolicyConfig split;
@@ -102,28 +73,20 @@ class SubmapBuilder {
   [[nodiscard]] const Ekf& filter() const { return ekf_; }
 
  private:
-  struct Tracked {
-    MapLandmark landmark;
-    int first_scan = 0;
-  };
-
   void start(double time_s);
-  [[nodiscard]] Hypothesis associate(const Features& scan);
-  [[nodiscard]] Hypothesis associate_by_identity(const Features& scan);
-  void pose_problem(const Features& scan);  ///< fills problem_ for scan against selected_
-  void preselect(const Features& scan);
   bool add(const Feature& feature);  ///< false when there are too many tentative landmarks
-  void update(const Features& scan, const std::vector<Pair>& pairs, ScanResult& result);
+  void update(const Features& scan, const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& selected, ScanResult& result);
   void prune();
   void remove(Eigen::Index landmark);
-  [[nodiscard]] SplitSituation situation(double time_s, const Hypothesis& hypothesis, int new_landmarks) const;
-  [[nodiscard]] bool confirmed(const Tracked& tracked) const { return tracked.landmark.times_seen >= config_.min_sightings; }
+  [[nodiscard]] SplitSituation situation(double time_s, const ScanAssociation& association) const;
+  [[nodiscard]] bool confirmed(const MapLandmark& landmark) const { return landmark.times_seen >= config_.min_sightings; }
 
   SubmapBuilderConfig config_;
-  ScanAssociationConfig association_;
-  Rng rng_;
+  bool identities_known_;
+  ScanAssociator associator_;
   Ekf ekf_;
-  std::vector<Tracked> tracked_;  ///< in the order of the filter's landmarks
+  std::vector<MapLandmark> landmarks_;  ///< in the order of the filter's
+  std::vector<int> first_scan_;         ///< of each landmark
   TrajectoryJournal journal_;
   int index_ = 0;
   int scans_ = 0;
@@ -134,10 +97,6 @@ class SubmapBuilder {
   double moved_m_ = 0.0;  ///< since the last used scan
   double turned_rad_ = 0.0;
   bool scan_due_ = true;
-
-  std::vector<Eigen::Index> selected_;   ///< landmarks of the present scan's predictions
-  std::optional<double> identity_gate_;  ///< chi-squared, 2 degrees of freedom
-  PairingProblem problem_;
 };
 
 }  // namespace ssjs

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "ssjs/features/event.hpp"
-#include "ssjs/joining/map_joiner.hpp"
-#include "ssjs/mapping/submap_builder.hpp"
+#include "ssjs/joining/mapper.hpp"
 #include "ssjs/pipeline/final_trajectory.hpp"
 #include "ssjs/pipeline/slam_config.hpp"
 
@@ -34,28 +33,24 @@ class SlamPipeline {
   /// Times must not decrease and values must be finite: otherwise InvalidArgument, and nothing has changed.
   StepReport feed(const Event& event);
 
-  [[nodiscard]] GaussianSe2 global_T_vehicle() const;
+  [[nodiscard]] GaussianSe2 global_T_vehicle() const { return mapper_->global_T_vehicle(); }
   [[nodiscard]] const Se2& dead_reckoning() const { return dead_reckoning_; }
 
   /// Closes the last submap and lets the joining layer settle. No event may follow. Returns what that closing did.
   JoinReport finish();
 
   /// The final trajectory, one point an event; after finish().
-  [[nodiscard]] std::vector<TrajectoryPoint> trajectory() const { return final_trajectory(submaps_, world()); }
-  [[nodiscard]] const std::vector<Submap>& submaps() const { return submaps_; }
-  [[nodiscard]] WorldEstimate world(BaseCovariance covariance = BaseCovariance::kBorders) const { return joiner_->estimate(covariance); }
+  [[nodiscard]] std::vector<TrajectoryPoint> trajectory() const { return final_trajectory(submaps(), world()); }
+  [[nodiscard]] const std::vector<Submap>& submaps() const { return mapper_->submaps(); }
+  [[nodiscard]] WorldEstimate world(BaseCovariance covariance = BaseCovariance::kBorders) const { return mapper_->world(covariance); }
 
  private:
   void advance(double time_s);
   void move(const Event& odometry);
   void observe(const Features& scan, StepReport& report);
-  JoinReport join(Submap submap);
 
   SlamConfig config_;
-  SubmapBuilder builder_;
-  std::unique_ptr<MapJoiner> joiner_;
-  std::vector<Submap> submaps_;
-  GaussianSe2 global_T_base_;
+  std::unique_ptr<Mapper> mapper_;
   Se2 dead_reckoning_;
   std::optional<double> time_s_;
   std::optional<Event> command_;  ///< held velocity command
