@@ -23,30 +23,30 @@ namespace {
 constexpr double kReachSigmas = 3.0;
 constexpr double kReachMargin = 1.0;  // m, for the landmarks' own uncertainty
 
-std::vector<Pair> pair_by_identity(const Encounter& meeting, const LiveMap& a, const LiveMap& b) {
+/// Landmarks of the same identity, without looking at any covariance.
+std::vector<Pair> pair_by_identity(const LiveMap& a, const LiveMap& b) {
+  std::map<std::int64_t, Eigen::Index> in_a;
+  for (Eigen::Index i = 0; i < a.landmark_count(); ++i) {
+    const auto& id = a.landmarks[static_cast<std::size_t>(i)].source_id;
+    if (id) in_a.emplace(*id, i);
+  }
   std::vector<Pair> pairs;
-  std::vector<bool> taken(meeting.a_landmarks.size(), false);
-  for (std::size_t i = 0; i < meeting.b_landmarks.size(); ++i) {
-    const auto& id = b.landmarks[static_cast<std::size_t>(meeting.b_landmarks[i])].source_id;
+  for (Eigen::Index i = 0; i < b.landmark_count(); ++i) {
+    const auto& id = b.landmarks[static_cast<std::size_t>(i)].source_id;
     if (!id) continue;
-    for (std::size_t j = 0; j < meeting.a_landmarks.size(); ++j) {
-      if (taken[j] || a.landmarks[static_cast<std::size_t>(meeting.a_landmarks[j])].source_id != id) continue;
-      pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
-      taken[j] = true;
-      break;
-    }
+    const auto found = in_a.find(*id);
+    if (found == in_a.end()) continue;
+    pairs.push_back({i, found->second});
+    in_a.erase(found);
   }
   return pairs;
 }
 
-/// Identities that both maps hold, counted without looking at any covariance.
-int common_identities(const LiveMap& a, const LiveMap& b) {
-  std::set<std::int64_t> of_a;
-  for (const MapLandmark& landmark : a.landmarks) {
-    if (landmark.source_id) of_a.insert(*landmark.source_id);
-  }
-  return static_cast<int>(std::count_if(b.landmarks.begin(), b.landmarks.end(),
-                                        [&](const MapLandmark& l) { return l.source_id && of_a.count(*l.source_id) != 0; }));
+/// Pair i of the rows i of an encounter of pairs.
+std::vector<Pair> row_by_row(std::size_t count) {
+  std::vector<Pair> pairs;
+  for (std::size_t i = 0; i < count; ++i) pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)});
+  return pairs;
 }
 
 std::optional<int> count_wrong(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b) {
@@ -121,27 +121,25 @@ std::optional<double> SelectiveJoiner::ambiguity_gate() const {
   return association_ == AssociationMethod::kKnown ? std::nullopt : config_.max_pairing_sigma_m;
 }
 
-std::vector<Pair> SelectiveJoiner::associate(const Encounter& meeting, const LiveMap& a, const LiveMap& b, JoinReport& report) {
+std::vector<Pair> SelectiveJoiner::associate(const LiveMap& a, const LiveMap& b, double reach_m, int needed, JoinReport& report) {
+  if (association_ == AssociationMethod::kKnown) return pair_by_identity(a, b);
+  const Encounter meeting = encounter(a, b, global_, reach_m);
+  if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) return {};
+  const auto begin = std::chrono::steady_clock::now();
   const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
   Hypothesis hypothesis;
-  switch (association_) {
-    case AssociationMethod::kKnown:
-      return pair_by_identity(meeting, a, b);
-    case AssociationMethod::kNearestNeighbour:
-      hypothesis = nearest_neighbour(meeting.problem, config_.gate_probability);
-      break;
-    case AssociationMethod::kRandomizedJointCompatibility: {
-      RandomizedJointCompatibilityConfig randomized;
-      randomized.joint = joint;
-      hypothesis = randomized_joint_compatibility(meeting.problem, randomized, rng_);
-      break;
-    }
-    case AssociationMethod::kJointCompatibility:
-      hypothesis = joint_compatibility(meeting.problem, joint);
-      break;
+  if (association_ == AssociationMethod::kNearestNeighbour) {
+    hypothesis = nearest_neighbour(meeting.problem, config_.gate_probability);
+  } else if (association_ == AssociationMethod::kRandomizedJointCompatibility) {
+    RandomizedJointCompatibilityConfig randomized;
+    randomized.joint = joint;
+    hypothesis = randomized_joint_compatibility(meeting.problem, randomized, rng_);
+  } else {
+    hypothesis = joint_compatibility(meeting.problem, joint);
   }
+  report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
-  return hypothesis.pairs;
+  return landmark_pairs(meeting, hypothesis.pairs);
 }
 
 bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& attempt, JoinReport& report) {
@@ -154,22 +152,8 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     attempt.reason = "ambiguous: the maps' relative position is too unsure";
     return false;
   }
-  if (association_ == AssociationMethod::kKnown) {
-    attempt.pairs = common_identities(a, b);
-    if (attempt.pairs < needed) {
-      attempt.reason = "too few landmarks in common";
-      return false;
-    }
-  }
-  const Encounter meeting = encounter(a, b, global_, kReachSigmas * placement.sigma_m + kReachMargin);
-  if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) {
-    attempt.reason = "too few landmarks near each other";
-    return false;
-  }
-  const auto begin = std::chrono::steady_clock::now();
-  const std::vector<Pair> pairs = associate(meeting, a, b, report);
-  report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  attempt.pairs = static_cast<int>(pairs.size());
+  const std::vector<Pair> of_maps = associate(a, b, kReachSigmas * placement.sigma_m + kReachMargin, needed, report);
+  attempt.pairs = static_cast<int>(of_maps.size());
   if (attempt.pairs < needed) {
     attempt.reason = "too few landmarks in common";
     return false;
@@ -178,12 +162,13 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     attempt.reason = "the fused map would be too large";
     return false;
   }
+  const Encounter meeting = encounter(a, b, global_, of_maps);
+  const std::vector<Pair> pairs = row_by_row(of_maps.size());
   attempt.sigma_m = displacement_sigma(meeting, pairs);
   if (gate && !(attempt.sigma_m <= *gate)) {
     attempt.reason = "ambiguous: the paired landmarks' relative position is too unsure";
     return false;
   }
-  const std::vector<Pair> of_maps = landmark_pairs(meeting, pairs);
   attempt.wrong_pairs = count_wrong(of_maps, a, b);
   Fusion fusion = fuse(a, b, of_maps);
   attempt.chi_squared = fusion.chi_squared;
@@ -321,12 +306,17 @@ std::vector<LandmarkEstimate> SelectiveJoiner::without_duplicates(const std::vec
     for (auto b = std::next(a); b != maps_.end(); ++b) {
       const double centres = (global_.pose(a->first) * a->second.centroid - global_.pose(b->first) * b->second.centroid).norm();
       if (centres > a->second.radius + b->second.radius + kReachMargin) continue;
-      const Encounter meeting = encounter(a->second, b->second, global_, kReachMargin);
-      if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) continue;
-      const std::vector<Pair> pairs = association_ == AssociationMethod::kKnown ? pair_by_identity(meeting, a->second, b->second)
-                                                                                : joint_compatibility(meeting.problem, joint).pairs;
-      if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) continue;
-      for (const Pair& pair : landmark_pairs(meeting, pairs)) {
+      std::vector<Pair> pairs;
+      if (association_ == AssociationMethod::kKnown) {
+        pairs = pair_by_identity(a->second, b->second);
+      } else {
+        const Encounter meeting = encounter(a->second, b->second, global_, kReachMargin);
+        if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) continue;
+        const Hypothesis found = joint_compatibility(meeting.problem, joint);
+        if (gate && !(displacement_sigma(meeting, found.pairs) <= *gate)) continue;
+        pairs = landmark_pairs(meeting, found.pairs);
+      }
+      for (const Pair& pair : pairs) {
         const std::size_t i = root(first_of.at(a->first) + static_cast<std::size_t>(pair.prediction));
         const std::size_t j = root(first_of.at(b->first) + static_cast<std::size_t>(pair.observation));
         group[std::max(i, j)] = std::min(i, j);

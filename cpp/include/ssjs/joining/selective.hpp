@@ -61,8 +61,6 @@ struct SelectiveJoinerConfig {
   }
 };
 
-struct Encounter;
-
 class SelectiveJoiner final : public MapJoiner {
  public:
   SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association, std::optional<int> max_submap_landmarks,
@@ -80,7 +78,8 @@ class SelectiveJoiner final : public MapJoiner {
   /// Absent with known association, which cannot be ambiguous.
   [[nodiscard]] std::optional<double> ambiguity_gate() const;
   [[nodiscard]] std::vector<int> nearby_maps(const LiveMap& fresh, int submap) const;
-  [[nodiscard]] std::vector<Pair> associate(const Encounter& meeting, const LiveMap& a, const LiveMap& b, JoinReport& report);
+  /// Landmarks of b that are landmarks of a; reach_m as in encounter(). Not searched for when there cannot be `needed` of them.
+  [[nodiscard]] std::vector<Pair> associate(const LiveMap& a, const LiveMap& b, double reach_m, int needed, JoinReport& report);
   /// Landmarks that stand in several maps, seen from the present estimate: one entry each, the surest, with all sightings. Nothing is
   /// estimated anew. first_of: where the landmarks of each map start in `landmarks`.
   [[nodiscard]] std::vector<LandmarkEstimate> without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
