@@ -3,71 +3,25 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
-#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
 
-#include "ssjs/association/joint_compatibility.hpp"
-#include "ssjs/association/nearest_neighbour.hpp"
-#include "ssjs/association/randomized_joint_compatibility.hpp"
 #include "ssjs/base/chi_squared.hpp"
-#include "ssjs/base/error.hpp"
 #include "ssjs/joining/fusion.hpp"
+#include "ssjs/joining/landmark_list.hpp"
 #include "ssjs/joining/loop_candidates.hpp"
+#include "ssjs/joining/nearby_maps.hpp"
 
 namespace ssjs {
-namespace {
-
-constexpr double kReachSigmas = 3.0;
-constexpr double kReachMargin = 1.0;  // m, for the landmarks' own uncertainty
-
-std::vector<Pair> pair_by_identity(const Encounter& meeting, const LiveMap& a, const LiveMap& b) {
-  std::vector<Pair> pairs;
-  std::vector<bool> taken(meeting.a_landmarks.size(), false);
-  for (std::size_t i = 0; i < meeting.b_landmarks.size(); ++i) {
-    const auto& id = b.landmarks[static_cast<std::size_t>(meeting.b_landmarks[i])].source_id;
-    if (!id) continue;
-    for (std::size_t j = 0; j < meeting.a_landmarks.size(); ++j) {
-      if (taken[j] || a.landmarks[static_cast<std::size_t>(meeting.a_landmarks[j])].source_id != id) continue;
-      pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)});
-      taken[j] = true;
-      break;
-    }
-  }
-  return pairs;
-}
-
-/// Identities that both maps hold, counted without looking at any covariance.
-int common_identities(const LiveMap& a, const LiveMap& b) {
-  std::set<std::int64_t> of_a;
-  for (const MapLandmark& landmark : a.landmarks) {
-    if (landmark.source_id) of_a.insert(*landmark.source_id);
-  }
-  return static_cast<int>(std::count_if(b.landmarks.begin(), b.landmarks.end(),
-                                        [&](const MapLandmark& l) { return l.source_id && of_a.count(*l.source_id) != 0; }));
-}
-
-std::optional<int> count_wrong(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b) {
-  int wrong = 0;
-  for (const Pair& pair : pairs) {
-    const auto& id_a = a.landmarks[static_cast<std::size_t>(pair.prediction)].source_id;
-    const auto& id_b = b.landmarks[static_cast<std::size_t>(pair.observation)].source_id;
-    if (!id_a || !id_b) return std::nullopt;
-    wrong += *id_a != *id_b ? 1 : 0;
-  }
-  return wrong;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
                                  std::optional<int> max_submap_landmarks, std::uint64_t seed)
     : config_(config),
-      association_(association),
+      associator_({association, {config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_pairing_sigma_m},
+                  seed),
       max_submap_landmarks_(max_submap_landmarks),
-      rng_(Rng(seed).stream("map association")),
       global_(config.solver, config.dense_bases) {}
 
 JoinReport SelectiveJoiner::take(const Submap& submap) {
@@ -79,7 +33,7 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
                                             : static_cast<int>(fresh.landmark_count());
   const int needed = std::max(config_.min_pairs, static_cast<int>(std::ceil(config_.fusion_threshold * smaller - 1e-9)));
   const bool comparable = fresh.landmark_count() >= needed;
-  const std::vector<int> candidates = comparable ? nearby_maps(fresh, submap.index) : std::vector<int>{};
+  const std::vector<int> candidates = comparable ? candidates_for(fresh) : std::vector<int>{};
   replace_users(fresh, 1);
   maps_.emplace(submap.index, std::move(fresh));
 
@@ -97,64 +51,23 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
   return report;
 }
 
-std::vector<int> SelectiveJoiner::nearby_maps(const LiveMap& fresh, int submap) const {
-  const Eigen::Vector2d centre = global_.pose(fresh.base) * fresh.centroid;
-  std::vector<std::pair<double, int>> nearby;  // gap of the landmark circles, base
-  for (const auto& [base, map] : maps_) {
-    if (map.landmark_count() < config_.min_pairs) continue;
-    const bool adjacent =
-        std::any_of(map.members.begin(), map.members.end(), [&](int member) { return std::abs(member - submap) <= config_.min_gap; });
-    if (adjacent) continue;
-    const double gap = (global_.pose(base) * map.centroid - centre).norm() - map.radius - fresh.radius;
-    // Beyond the ambiguity gate a pairing would be refused anyway: far maps are dismissed without asking for a covariance.
-    if (ambiguity_gate() && gap > kReachSigmas * *ambiguity_gate()) continue;
-    const RelativePlacement placement = relative_placement(map, fresh, global_, global_.covariance_bound(base, fresh.base));
-    if (placement.gap_m <= kReachSigmas * placement.sigma_m) nearby.emplace_back(placement.gap_m, base);  // (J-6)
-  }
-  std::sort(nearby.begin(), nearby.end());
-  std::vector<int> bases;
-  for (const auto& [gap, base] : nearby) bases.push_back(base);
-  return bases;
-}
-
-std::optional<double> SelectiveJoiner::ambiguity_gate() const {
-  return association_ == AssociationMethod::kKnown ? std::nullopt : config_.max_pairing_sigma_m;
-}
-
-std::vector<Pair> SelectiveJoiner::associate(const Encounter& meeting, const LiveMap& a, const LiveMap& b, JoinReport& report) {
-  const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
-  Hypothesis hypothesis;
-  switch (association_) {
-    case AssociationMethod::kKnown:
-      return pair_by_identity(meeting, a, b);
-    case AssociationMethod::kNearestNeighbour:
-      hypothesis = nearest_neighbour(meeting.problem, config_.gate_probability);
-      break;
-    case AssociationMethod::kRandomizedJointCompatibility: {
-      RandomizedJointCompatibilityConfig randomized;
-      randomized.joint = joint;
-      hypothesis = randomized_joint_compatibility(meeting.problem, randomized, rng_);
-      break;
-    }
-    case AssociationMethod::kJointCompatibility:
-      hypothesis = joint_compatibility(meeting.problem, joint);
-      break;
-  }
-  report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
-  return hypothesis.pairs;
+std::vector<int> SelectiveJoiner::candidates_for(const LiveMap& fresh) const {
+  return nearby_maps(
+      maps_, fresh, {config_.min_pairs, config_.min_gap, associator_.ambiguity_gate()}, [&](int base) { return global_.pose(base); },
+      [&](const LiveMap& map) { return relative_placement(map, fresh, global_, global_.covariance_bound(map.base, fresh.base)); });
 }
 
 bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& attempt, JoinReport& report) {
   const LiveMap& a = maps_.at(a_base);
   const LiveMap& b = maps_.at(b_base);
-  const std::optional<double> gate = ambiguity_gate();
+  const std::optional<double> gate = associator_.ambiguity_gate();
   const RelativePlacement placement = relative_placement(a, b, global_);
   attempt.sigma_m = placement.sigma_m;
   if (gate && !(placement.sigma_m <= 2.0 * *gate)) {  // the centroid is not yet a landmark: twice the gate dismisses only the hopeless
     attempt.reason = "ambiguous: the maps' relative position is too unsure";
     return false;
   }
-  if (association_ == AssociationMethod::kKnown) {
+  if (associator_.identities_are_known()) {
     attempt.pairs = common_identities(a, b);
     if (attempt.pairs < needed) {
       attempt.reason = "too few landmarks in common";
@@ -167,7 +80,9 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     return false;
   }
   const auto begin = std::chrono::steady_clock::now();
-  const std::vector<Pair> pairs = associate(meeting, a, b, report);
+  const Hypothesis hypothesis = associator_.associate(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
+  const std::vector<Pair>& pairs = hypothesis.pairs;
+  report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
   report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   attempt.pairs = static_cast<int>(pairs.size());
   if (attempt.pairs < needed) {
@@ -184,11 +99,11 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     return false;
   }
   const std::vector<Pair> of_maps = landmark_pairs(meeting, pairs);
-  attempt.wrong_pairs = count_wrong(of_maps, a, b);
+  attempt.wrong_pairs = count_wrong_pairs(of_maps, a, b);
   Fusion fusion = fuse(a, b, of_maps);
   attempt.chi_squared = fusion.chi_squared;
   attempt.dof = fusion.dof;
-  if (association_ != AssociationMethod::kKnown && fusion.dof > 0 &&
+  if (!associator_.identities_are_known() && fusion.dof > 0 &&
       !(fusion.chi_squared <= chi_squared_quantile(config_.fusion_probability, fusion.dof))) {
     attempt.reason = "the maps do not fit on each other (chi-squared)";
     return false;
@@ -303,48 +218,8 @@ WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
   estimate.global_T_base = bases.global_T_base();
   for (int k = 0; k < newest_base_; ++k) estimate.border_covariance.push_back(bases.border_covariance(k));
   if (covariance == BaseCovariance::kJoint) estimate.base_covariance = bases.joint_covariance();
-  estimate.landmarks = without_duplicates(estimate.landmarks, first_of);
+  estimate.landmarks = listed_once(estimate.landmarks, common_landmarks(maps_, first_of, global_, associator_));
   return estimate;
-}
-
-std::vector<LandmarkEstimate> SelectiveJoiner::without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
-                                                                  const std::map<int, std::size_t>& first_of) const {
-  std::vector<std::size_t> group(landmarks.size());
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  const auto root = [&group](std::size_t i) {
-    while (group[i] != i) i = group[i] = group[group[i]];
-    return i;
-  };
-  const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
-  const std::optional<double> gate = ambiguity_gate();
-  for (auto a = maps_.begin(); a != maps_.end(); ++a) {
-    for (auto b = std::next(a); b != maps_.end(); ++b) {
-      const double centres = (global_.pose(a->first) * a->second.centroid - global_.pose(b->first) * b->second.centroid).norm();
-      if (centres > a->second.radius + b->second.radius + kReachMargin) continue;
-      const Encounter meeting = encounter(a->second, b->second, global_, kReachMargin);
-      if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) continue;
-      const std::vector<Pair> pairs = association_ == AssociationMethod::kKnown ? pair_by_identity(meeting, a->second, b->second)
-                                                                                : joint_compatibility(meeting.problem, joint).pairs;
-      if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) continue;
-      for (const Pair& pair : landmark_pairs(meeting, pairs)) {
-        const std::size_t i = root(first_of.at(a->first) + static_cast<std::size_t>(pair.prediction));
-        const std::size_t j = root(first_of.at(b->first) + static_cast<std::size_t>(pair.observation));
-        group[std::max(i, j)] = std::min(i, j);
-      }
-    }
-  }
-  std::map<std::size_t, LandmarkEstimate> surest;
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    const auto [place, is_first] = surest.emplace(root(i), landmarks[i]);
-    if (is_first) continue;
-    LandmarkEstimate& kept = place->second;
-    const int times_seen = kept.landmark.times_seen + landmarks[i].landmark.times_seen;
-    if (landmarks[i].position.covariance.trace() < kept.position.covariance.trace()) kept = landmarks[i];
-    kept.landmark.times_seen = times_seen;
-  }
-  std::vector<LandmarkEstimate> kept;
-  for (const auto& entry : surest) kept.push_back(entry.second);
-  return kept;
 }
 
 }  // namespace ssjs

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "ssjs/base/config_field.hpp"
-#include "ssjs/base/random.hpp"
 #include "ssjs/joining/base_estimate.hpp"
 #include "ssjs/joining/global_map.hpp"
 #include "ssjs/joining/live_map.hpp"
+#include "ssjs/joining/map_association.hpp"
 #include "ssjs/joining/map_joiner.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
 
@@ -61,8 +61,6 @@ struct SelectiveJoinerConfig {
   }
 };
 
-struct Encounter;
-
 class SelectiveJoiner final : public MapJoiner {
  public:
   SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association, std::optional<int> max_submap_landmarks,
@@ -77,14 +75,7 @@ class SelectiveJoiner final : public MapJoiner {
   [[nodiscard]] const std::map<int, LiveMap>& maps() const { return maps_; }
 
  private:
-  /// Absent with known association, which cannot be ambiguous.
-  [[nodiscard]] std::optional<double> ambiguity_gate() const;
-  [[nodiscard]] std::vector<int> nearby_maps(const LiveMap& fresh, int submap) const;
-  [[nodiscard]] std::vector<Pair> associate(const Encounter& meeting, const LiveMap& a, const LiveMap& b, JoinReport& report);
-  /// Landmarks that stand in several maps, seen from the present estimate: one entry each, the surest, with all sightings. Nothing is
-  /// estimated anew. first_of: where the landmarks of each map start in `landmarks`.
-  [[nodiscard]] std::vector<LandmarkEstimate> without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
-                                                                 const std::map<int, std::size_t>& first_of) const;
+  [[nodiscard]] std::vector<int> candidates_for(const LiveMap& fresh) const;
   /// Compares the map at base `b` with the one at base `a`; fuses them when they share enough. True when fused (into base a).
   bool compare(int a, int b, int needed, LoopAttempt& attempt, JoinReport& report);
 
@@ -96,9 +87,8 @@ class SelectiveJoiner final : public MapJoiner {
   void freeze_inner_poses(LiveMap& fused);
 
   SelectiveJoinerConfig config_;
-  AssociationMethod association_;
+  MapAssociator associator_;
   std::optional<int> max_submap_landmarks_;
-  Rng rng_;
   GlobalMap global_;
   std::map<int, LiveMap> maps_;  ///< live, by base
   std::map<int, int> users_;     ///< by base: how many live maps hold it, as their own or as a pose
