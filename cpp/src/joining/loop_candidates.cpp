@@ -49,11 +49,12 @@ std::vector<Eigen::Index> columns_in(std::vector<int>& all, const std::vector<in
 }
 
 /// The encounter of the listed landmarks, without the problem's covariances.
-Encounter meet(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const ConditionalMap& in_a, const ConditionalMap& in_b,
-               std::vector<Eigen::Index> a_landmarks, std::vector<Eigen::Index> b_landmarks) {
+Encounter meet(const LiveMap& a, const LiveMap& b, const GlobalMap& global, Overlap landmarks) {
+  const ConditionalMap in_a = condition_on_ports(a, global);
+  const ConditionalMap in_b = condition_on_ports(b, global);
   Encounter meeting;
-  meeting.a_landmarks = std::move(a_landmarks);
-  meeting.b_landmarks = std::move(b_landmarks);
+  meeting.a_landmarks = std::move(landmarks.a_landmarks);
+  meeting.b_landmarks = std::move(landmarks.b_landmarks);
   const RelativePose tau = relative_pose(global.pose(a.base), global.pose(b.base));
   const auto n_a = static_cast<Eigen::Index>(meeting.a_landmarks.size());
   const auto n_b = static_cast<Eigen::Index>(meeting.b_landmarks.size());
@@ -104,13 +105,16 @@ RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const G
   return {(a_p_centroid - a.centroid).norm() - a.radius - b.radius, largest_sigma(covariance)};
 }
 
-Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m) {
+Overlap overlap(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m) {
   const ConditionalMap in_a = condition_on_ports(a, global);
   const ConditionalMap in_b = condition_on_ports(b, global);
   const Se2 a_T_b = global.pose(a.base).inverse() * global.pose(b.base);
-  std::vector<Eigen::Index> a_landmarks = within_reach(landmarks_of(a, in_a), Se2{}, a_T_b * b.centroid, b.radius + reach_m);
-  std::vector<Eigen::Index> b_landmarks = within_reach(landmarks_of(b, in_b), a_T_b, a.centroid, a.radius + reach_m);
-  Encounter meeting = meet(a, b, global, in_a, in_b, std::move(a_landmarks), std::move(b_landmarks));
+  return {within_reach(landmarks_of(a, in_a), Se2{}, a_T_b * b.centroid, b.radius + reach_m),
+          within_reach(landmarks_of(b, in_b), a_T_b, a.centroid, a.radius + reach_m)};
+}
+
+Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, Overlap landmarks) {
+  Encounter meeting = meet(a, b, global, std::move(landmarks));
   const Eigen::MatrixXd PJt_b = meeting.P_bases * meeting.J_b.transpose();
   meeting.problem.predicted_covariance = meeting.noise_a;
   meeting.problem.predicted_covariance.noalias() += meeting.J_a * (meeting.P_bases * meeting.J_a.transpose()).eval();
@@ -121,12 +125,12 @@ Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
 }
 
 Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const std::vector<Pair>& landmark_pairs) {
-  std::vector<Eigen::Index> a_landmarks, b_landmarks;
+  Overlap paired;
   for (const Pair& pair : landmark_pairs) {
-    a_landmarks.push_back(pair.prediction);
-    b_landmarks.push_back(pair.observation);
+    paired.a_landmarks.push_back(pair.prediction);
+    paired.b_landmarks.push_back(pair.observation);
   }
-  return meet(a, b, global, condition_on_ports(a, global), condition_on_ports(b, global), std::move(a_landmarks), std::move(b_landmarks));
+  return meet(a, b, global, std::move(paired));
 }
 
 double displacement_sigma(const Encounter& meeting, const std::vector<Pair>& pairs) {

@@ -3,44 +3,20 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
-#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
 
-#include "ssjs/association/joint_compatibility.hpp"
-#include "ssjs/association/nearest_neighbour.hpp"
-#include "ssjs/association/randomized_joint_compatibility.hpp"
 #include "ssjs/base/chi_squared.hpp"
-#include "ssjs/base/error.hpp"
 #include "ssjs/joining/fusion.hpp"
+#include "ssjs/joining/landmark_list.hpp"
 #include "ssjs/joining/loop_candidates.hpp"
+#include "ssjs/joining/nearby_maps.hpp"
 
 namespace ssjs {
 namespace {
 
-constexpr double kReachSigmas = 3.0;
-constexpr double kReachMargin = 1.0;  // m, for the landmarks' own uncertainty
-
-/// Landmarks of the same identity, without looking at any covariance.
-std::vector<Pair> pair_by_identity(const LiveMap& a, const LiveMap& b) {
-  std::map<std::int64_t, Eigen::Index> in_a;
-  for (Eigen::Index i = 0; i < a.landmark_count(); ++i) {
-    const auto& id = a.landmarks[static_cast<std::size_t>(i)].source_id;
-    if (id) in_a.emplace(*id, i);
-  }
-  std::vector<Pair> pairs;
-  for (Eigen::Index i = 0; i < b.landmark_count(); ++i) {
-    const auto& id = b.landmarks[static_cast<std::size_t>(i)].source_id;
-    if (!id) continue;
-    const auto found = in_a.find(*id);
-    if (found == in_a.end()) continue;
-    pairs.push_back({i, found->second});
-    in_a.erase(found);
-  }
-  return pairs;
-}
+constexpr const char* kTooLarge = "the fused map would be too large";
 
 /// Pair i of the rows i of an encounter of pairs.
 std::vector<Pair> row_by_row(std::size_t count) {
@@ -49,25 +25,14 @@ std::vector<Pair> row_by_row(std::size_t count) {
   return pairs;
 }
 
-std::optional<int> count_wrong(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b) {
-  int wrong = 0;
-  for (const Pair& pair : pairs) {
-    const auto& id_a = a.landmarks[static_cast<std::size_t>(pair.prediction)].source_id;
-    const auto& id_b = b.landmarks[static_cast<std::size_t>(pair.observation)].source_id;
-    if (!id_a || !id_b) return std::nullopt;
-    wrong += *id_a != *id_b ? 1 : 0;
-  }
-  return wrong;
-}
-
 }  // namespace
 
 SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
                                  std::optional<int> max_submap_landmarks, std::uint64_t seed)
     : config_(config),
-      association_(association),
+      associator_({association, {config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_pairing_sigma_m},
+                  seed),
       max_submap_landmarks_(max_submap_landmarks),
-      rng_(Rng(seed).stream("map association")),
       global_(config.solver, config.dense_bases) {}
 
 JoinReport SelectiveJoiner::take(const Submap& submap) {
@@ -79,7 +44,7 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
                                             : static_cast<int>(fresh.landmark_count());
   const int needed = std::max(config_.min_pairs, static_cast<int>(std::ceil(config_.fusion_threshold * smaller - 1e-9)));
   const bool comparable = fresh.landmark_count() >= needed;
-  const std::vector<int> candidates = comparable ? nearby_maps(fresh, submap.index) : std::vector<int>{};
+  const std::vector<int> candidates = comparable ? candidates_for(fresh) : std::vector<int>{};
   replace_users(fresh, 1);
   maps_.emplace(submap.index, std::move(fresh));
 
@@ -97,46 +62,27 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
   return report;
 }
 
-std::vector<int> SelectiveJoiner::nearby_maps(const LiveMap& fresh, int submap) const {
-  const Eigen::Vector2d centre = global_.pose(fresh.base) * fresh.centroid;
-  std::vector<std::pair<double, int>> nearby;  // gap of the landmark circles, base
-  for (const auto& [base, map] : maps_) {
-    if (map.landmark_count() < config_.min_pairs) continue;
-    const bool adjacent =
-        std::any_of(map.members.begin(), map.members.end(), [&](int member) { return std::abs(member - submap) <= config_.min_gap; });
-    if (adjacent) continue;
-    const double gap = (global_.pose(base) * map.centroid - centre).norm() - map.radius - fresh.radius;
-    // Beyond the ambiguity gate a pairing would be refused anyway: far maps are dismissed without asking for a covariance.
-    if (ambiguity_gate() && gap > kReachSigmas * *ambiguity_gate()) continue;
-    const RelativePlacement placement = relative_placement(map, fresh, global_, global_.covariance_bound(base, fresh.base));
-    if (placement.gap_m <= kReachSigmas * placement.sigma_m) nearby.emplace_back(placement.gap_m, base);  // (J-6)
+std::vector<int> SelectiveJoiner::candidates_for(const LiveMap& fresh) const {
+  return nearby_maps(
+      maps_, fresh, {config_.min_pairs, config_.min_gap, associator_.ambiguity_gate()}, [&](int base) { return global_.pose(base); },
+      [&](const LiveMap& map) { return relative_placement(map, fresh, global_, global_.covariance_bound(map.base, fresh.base)); });
+}
+
+std::vector<Pair> SelectiveJoiner::search_pairs(const LiveMap& a, const LiveMap& b, double reach_m, int needed, LoopAttempt& attempt,
+                                                JoinReport& report) {
+  Overlap near = overlap(a, b, global_, reach_m);
+  const auto most = static_cast<Eigen::Index>(std::min(near.a_landmarks.size(), near.b_landmarks.size()));
+  if (most < needed) {
+    attempt.reason = "too few landmarks near each other";
+    return {};
   }
-  std::sort(nearby.begin(), nearby.end());
-  std::vector<int> bases;
-  for (const auto& [gap, base] : nearby) bases.push_back(base);
-  return bases;
-}
-
-std::optional<double> SelectiveJoiner::ambiguity_gate() const {
-  return association_ == AssociationMethod::kKnown ? std::nullopt : config_.max_pairing_sigma_m;
-}
-
-std::vector<Pair> SelectiveJoiner::associate(const LiveMap& a, const LiveMap& b, double reach_m, int needed, JoinReport& report) {
-  if (association_ == AssociationMethod::kKnown) return pair_by_identity(a, b);
-  const Encounter meeting = encounter(a, b, global_, reach_m);
-  if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) return {};
+  if (a.landmark_count() + b.landmark_count() - most > config_.max_fused_landmarks) {  // whatever the pairing says
+    attempt.reason = kTooLarge;
+    return {};
+  }
+  const Encounter meeting = encounter(a, b, global_, std::move(near));
   const auto begin = std::chrono::steady_clock::now();
-  const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
-  Hypothesis hypothesis;
-  if (association_ == AssociationMethod::kNearestNeighbour) {
-    hypothesis = nearest_neighbour(meeting.problem, config_.gate_probability);
-  } else if (association_ == AssociationMethod::kRandomizedJointCompatibility) {
-    RandomizedJointCompatibilityConfig randomized;
-    randomized.joint = joint;
-    hypothesis = randomized_joint_compatibility(meeting.problem, randomized, rng_);
-  } else {
-    hypothesis = joint_compatibility(meeting.problem, joint);
-  }
+  const Hypothesis hypothesis = associator_.associate(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
   report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
   return landmark_pairs(meeting, hypothesis.pairs);
@@ -145,21 +91,24 @@ std::vector<Pair> SelectiveJoiner::associate(const LiveMap& a, const LiveMap& b,
 bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& attempt, JoinReport& report) {
   const LiveMap& a = maps_.at(a_base);
   const LiveMap& b = maps_.at(b_base);
-  const std::optional<double> gate = ambiguity_gate();
+  const std::optional<double> gate = associator_.ambiguity_gate();
   const RelativePlacement placement = relative_placement(a, b, global_);
   attempt.sigma_m = placement.sigma_m;
   if (gate && !(placement.sigma_m <= 2.0 * *gate)) {  // the centroid is not yet a landmark: twice the gate dismisses only the hopeless
     attempt.reason = "ambiguous: the maps' relative position is too unsure";
     return false;
   }
-  const std::vector<Pair> of_maps = associate(a, b, kReachSigmas * placement.sigma_m + kReachMargin, needed, report);
+  const std::vector<Pair> of_maps = associator_.identities_are_known()
+                                        ? pair_by_identity(a, b)
+                                        : search_pairs(a, b, kReachSigmas * placement.sigma_m + kReachMargin, needed, attempt, report);
   attempt.pairs = static_cast<int>(of_maps.size());
+  if (!attempt.reason.empty()) return false;
   if (attempt.pairs < needed) {
     attempt.reason = "too few landmarks in common";
     return false;
   }
   if (a.landmark_count() + b.landmark_count() - attempt.pairs > config_.max_fused_landmarks) {
-    attempt.reason = "the fused map would be too large";
+    attempt.reason = kTooLarge;
     return false;
   }
   const Encounter meeting = encounter(a, b, global_, of_maps);
@@ -169,11 +118,11 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     attempt.reason = "ambiguous: the paired landmarks' relative position is too unsure";
     return false;
   }
-  attempt.wrong_pairs = count_wrong(of_maps, a, b);
+  attempt.wrong_pairs = count_wrong_pairs(of_maps, a, b);
   Fusion fusion = fuse(a, b, of_maps);
   attempt.chi_squared = fusion.chi_squared;
   attempt.dof = fusion.dof;
-  if (association_ != AssociationMethod::kKnown && fusion.dof > 0 &&
+  if (!associator_.identities_are_known() && fusion.dof > 0 &&
       !(fusion.chi_squared <= chi_squared_quantile(config_.fusion_probability, fusion.dof))) {
     attempt.reason = "the maps do not fit on each other (chi-squared)";
     return false;
@@ -288,53 +237,8 @@ WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
   estimate.global_T_base = bases.global_T_base();
   for (int k = 0; k < newest_base_; ++k) estimate.border_covariance.push_back(bases.border_covariance(k));
   if (covariance == BaseCovariance::kJoint) estimate.base_covariance = bases.joint_covariance();
-  estimate.landmarks = without_duplicates(estimate.landmarks, first_of);
+  estimate.landmarks = listed_once(estimate.landmarks, common_landmarks(maps_, first_of, global_, associator_));
   return estimate;
-}
-
-std::vector<LandmarkEstimate> SelectiveJoiner::without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
-                                                                  const std::map<int, std::size_t>& first_of) const {
-  std::vector<std::size_t> group(landmarks.size());
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  const auto root = [&group](std::size_t i) {
-    while (group[i] != i) i = group[i] = group[group[i]];
-    return i;
-  };
-  const JointCompatibilityConfig joint{config_.gate_probability, config_.joint_gate_probability, config_.node_budget};
-  const std::optional<double> gate = ambiguity_gate();
-  for (auto a = maps_.begin(); a != maps_.end(); ++a) {
-    for (auto b = std::next(a); b != maps_.end(); ++b) {
-      const double centres = (global_.pose(a->first) * a->second.centroid - global_.pose(b->first) * b->second.centroid).norm();
-      if (centres > a->second.radius + b->second.radius + kReachMargin) continue;
-      std::vector<Pair> pairs;
-      if (association_ == AssociationMethod::kKnown) {
-        pairs = pair_by_identity(a->second, b->second);
-      } else {
-        const Encounter meeting = encounter(a->second, b->second, global_, kReachMargin);
-        if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) continue;
-        const Hypothesis found = joint_compatibility(meeting.problem, joint);
-        if (gate && !(displacement_sigma(meeting, found.pairs) <= *gate)) continue;
-        pairs = landmark_pairs(meeting, found.pairs);
-      }
-      for (const Pair& pair : pairs) {
-        const std::size_t i = root(first_of.at(a->first) + static_cast<std::size_t>(pair.prediction));
-        const std::size_t j = root(first_of.at(b->first) + static_cast<std::size_t>(pair.observation));
-        group[std::max(i, j)] = std::min(i, j);
-      }
-    }
-  }
-  std::map<std::size_t, LandmarkEstimate> surest;
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    const auto [place, is_first] = surest.emplace(root(i), landmarks[i]);
-    if (is_first) continue;
-    LandmarkEstimate& kept = place->second;
-    const int times_seen = kept.landmark.times_seen + landmarks[i].landmark.times_seen;
-    if (landmarks[i].position.covariance.trace() < kept.position.covariance.trace()) kept = landmarks[i];
-    kept.landmark.times_seen = times_seen;
-  }
-  std::vector<LandmarkEstimate> kept;
-  for (const auto& entry : surest) kept.push_back(entry.second);
-  return kept;
 }
 
 }  // namespace ssjs

@@ -22,6 +22,10 @@ using testing::World;
 constexpr int kNeverSparse = 1000;
 constexpr double kEverywhere = 1e6;  // reach, m
 
+Encounter encounter_within(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m) {
+  return encounter(a, b, global, overlap(a, b, global, reach_m));
+}
+
 World ring(int bases) {
   World world{{Se2{}}, Eigen::Matrix2Xd(2, 12)};
   for (int k = 1; k < bases; ++k) world.global_T_base.push_back(world.global_T_base.back() * Se2{6.0, 0.5, 0.9});
@@ -199,7 +203,7 @@ struct Loop {
   }
   void close(GlobalMap& global) const {
     for (const LiveMap& map : maps) global.attach(map);
-    const Encounter meeting = encounter(maps[1], maps[6], global, kEverywhere);
+    const Encounter meeting = encounter_within(maps[1], maps[6], global, kEverywhere);
     global.replace(1, 6, joined, evidence_of(meeting, testing::pairs_by_identity(maps[1], maps[6])), {});
   }
 };
@@ -274,7 +278,7 @@ TEST(GlobalMap, BoundForDismissingFarMapsIsNeverTooSmall) {
       global.attach(map);
       (void)global.covariance_bound(map.base, map.base + 1);  // remembered from here on
     }
-    const Encounter meeting = encounter(loop.maps[1], loop.maps[6], global, kEverywhere);
+    const Encounter meeting = encounter_within(loop.maps[1], loop.maps[6], global, kEverywhere);
     global.replace(1, 6, loop.joined, evidence_of(meeting, testing::pairs_by_identity(loop.maps[1], loop.maps[6])), {});
     for (const int base : {2, 4, 6}) {
       const Eigen::MatrixXd truth = global.covariance({base, 8});

@@ -16,6 +16,10 @@ using testing::random_pose;
 
 constexpr double kEverywhere = 1e6;  // reach, m
 
+Encounter encounter_within(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m) {
+  return encounter(a, b, global, overlap(a, b, global, reach_m));
+}
+
 /// Two maps that share base 3: a at base 1 with ports 2 and 3, b at base 4 with ports 3 and 5 and the internal pose 6. None of the
 /// bases stands where the maps think.
 struct Meeting {
@@ -54,16 +58,16 @@ TEST(LoopCandidates, J7_JacobiansOfBothMapsInOneFrame) {
   Rng rng(431);
   for (int i = 0; i < kJacobianPoints; ++i) {
     const Meeting point(rng, i);
-    const Encounter meeting = encounter(point.a, point.b, global_map_at(point.bases), kEverywhere);
+    const Encounter meeting = encounter_within(point.a, point.b, global_map_at(point.bases), kEverywhere);
     EXPECT_EQ(meeting.bases, (std::vector<int>{1, 2, 3, 4, 5}));
     ASSERT_EQ(meeting.a_landmarks.size(), 4U);
     ASSERT_EQ(meeting.b_landmarks.size(), 5U);
     const Eigen::VectorXd x = coordinates(point, meeting.bases);
     const auto of_a = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
-      return encounter(point.a, point.b, moved(point, meeting.bases, v), kEverywhere).problem.predicted;
+      return encounter_within(point.a, point.b, moved(point, meeting.bases, v), kEverywhere).problem.predicted;
     };
     const auto of_b = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
-      return encounter(point.a, point.b, moved(point, meeting.bases, v), kEverywhere).problem.observed;
+      return encounter_within(point.a, point.b, moved(point, meeting.bases, v), kEverywhere).problem.observed;
     };
     EXPECT_TRUE(jacobians_agree(meeting.J_a, numeric_jacobian(of_a, x))) << i;
     EXPECT_TRUE(jacobians_agree(meeting.J_b, numeric_jacobian(of_b, x))) << i;
@@ -74,7 +78,7 @@ TEST(LoopCandidates, J7_CovariancesOfTheEncounter) {
   Rng rng(432);
   const Meeting point(rng, 0);
   const GlobalMap global = global_map_at(point.bases);
-  const Encounter meeting = encounter(point.a, point.b, global, kEverywhere);
+  const Encounter meeting = encounter_within(point.a, point.b, global, kEverywhere);
   const Eigen::MatrixXd P = global.covariance(meeting.bases);
   EXPECT_EQ(meeting.P_bases, P);
   // noise of b: its conditional covariance turned into a's frame
@@ -109,13 +113,13 @@ TEST(LoopCandidates, J7_OnlyWhatIsWithinReachIsLookedAt) {
   set_ports(a, {true});
   set_ports(b, {true});
   const GlobalMap global = global_map_at({{}, {1.0, 0.0, 0.0}, {}, {1.0, 0.0, 0.0}});
-  EXPECT_EQ(encounter(a, b, global, 1.9).a_landmarks, std::vector<Eigen::Index>{});
-  EXPECT_EQ(encounter(a, b, global, 2.1).a_landmarks, std::vector<Eigen::Index>{1});
-  EXPECT_EQ(encounter(a, b, global, 2.1).b_landmarks, std::vector<Eigen::Index>{0});
-  EXPECT_EQ(encounter(a, b, global, 1.9).b_landmarks, std::vector<Eigen::Index>{});
-  const Encounter both = encounter(a, b, global, 20.1);
+  EXPECT_EQ(encounter_within(a, b, global, 1.9).a_landmarks, std::vector<Eigen::Index>{});
+  EXPECT_EQ(encounter_within(a, b, global, 2.1).a_landmarks, std::vector<Eigen::Index>{1});
+  EXPECT_EQ(encounter_within(a, b, global, 2.1).b_landmarks, std::vector<Eigen::Index>{0});
+  EXPECT_EQ(encounter_within(a, b, global, 1.9).b_landmarks, std::vector<Eigen::Index>{});
+  const Encounter both = encounter_within(a, b, global, 20.1);
   EXPECT_EQ(both.b_landmarks, (std::vector<Eigen::Index>{0, 1}));
-  const std::vector<Pair> pairs = landmark_pairs(encounter(a, b, global, 2.1), {{0, 0}});
+  const std::vector<Pair> pairs = landmark_pairs(encounter_within(a, b, global, 2.1), {{0, 0}});
   EXPECT_EQ(pairs, (std::vector<Pair>{{0, 1}}));  // b's first, a's second landmark
 }
 
@@ -157,7 +161,7 @@ TEST(LoopCandidates, J6_SigmaOfAPairLeavesOutTheLandmarksOwnNoise) {
     set_ports(*map, {true});
     global.attach(*map);
   }
-  const Encounter meeting = encounter(a, b, global, kEverywhere);
+  const Encounter meeting = encounter_within(a, b, global, kEverywhere);
   EXPECT_NEAR(displacement_sigma(meeting, {{0, 0}, {1, 2}}), 0.5, 1e-6);
   EXPECT_EQ(displacement_sigma(meeting, {}), 0.0);
 }
@@ -165,7 +169,7 @@ TEST(LoopCandidates, J6_SigmaOfAPairLeavesOutTheLandmarksOwnNoise) {
 TEST(LoopCandidates, J13_EvidenceOfAPairing) {
   Rng rng(435);
   const Meeting point(rng, 3);
-  const Encounter meeting = encounter(point.a, point.b, global_map_at(point.bases), kEverywhere);
+  const Encounter meeting = encounter_within(point.a, point.b, global_map_at(point.bases), kEverywhere);
   const std::vector<Pair> pairs{{4, 0}, {1, 2}, {2, 3}};
   const JoinEvidence evidence = evidence_of(meeting, pairs);
   EXPECT_EQ(evidence.bases, meeting.bases);
@@ -180,7 +184,7 @@ TEST(LoopCandidates, J13_EvidenceOfAPairing) {
     }
   }
   const auto residual = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
-    return evidence_of(encounter(point.a, point.b, moved(point, meeting.bases, v), kEverywhere), pairs).residual;
+    return evidence_of(encounter_within(point.a, point.b, moved(point, meeting.bases, v), kEverywhere), pairs).residual;
   };
   EXPECT_TRUE(jacobians_agree(evidence.J, numeric_jacobian(residual, coordinates(point, meeting.bases))));
 }

@@ -31,8 +31,12 @@ struct Encounter {
   Eigen::MatrixXd noise_a, noise_b;                    ///< conditional covariances given the bases
   Eigen::MatrixXd P_bases;
 };
-/// reach_m: how far a landmark may lie outside the other map's circle and still be looked at.
-[[nodiscard]] Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m);
+/// Landmarks of each map that can be landmarks of the other: at most reach_m outside its circle.
+struct Overlap {
+  std::vector<Eigen::Index> a_landmarks, b_landmarks;
+};
+[[nodiscard]] Overlap overlap(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m);
+[[nodiscard]] Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, Overlap landmarks);
 /// Of paired landmarks alone (row i: pair i), where no pairing is to be sought: the problem's covariances stay empty.
 [[nodiscard]] Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const std::vector<Pair>& landmark_pairs);
 

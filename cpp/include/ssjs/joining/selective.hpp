@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "ssjs/base/config_field.hpp"
-#include "ssjs/base/random.hpp"
 #include "ssjs/joining/base_estimate.hpp"
 #include "ssjs/joining/global_map.hpp"
 #include "ssjs/joining/live_map.hpp"
+#include "ssjs/joining/map_association.hpp"
 #include "ssjs/joining/map_joiner.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
 
@@ -75,15 +75,11 @@ class SelectiveJoiner final : public MapJoiner {
   [[nodiscard]] const std::map<int, LiveMap>& maps() const { return maps_; }
 
  private:
-  /// Absent with known association, which cannot be ambiguous.
-  [[nodiscard]] std::optional<double> ambiguity_gate() const;
-  [[nodiscard]] std::vector<int> nearby_maps(const LiveMap& fresh, int submap) const;
-  /// Landmarks of b that are landmarks of a; reach_m as in encounter(). Not searched for when there cannot be `needed` of them.
-  [[nodiscard]] std::vector<Pair> associate(const LiveMap& a, const LiveMap& b, double reach_m, int needed, JoinReport& report);
-  /// Landmarks that stand in several maps, seen from the present estimate: one entry each, the surest, with all sightings. Nothing is
-  /// estimated anew. first_of: where the landmarks of each map start in `landmarks`.
-  [[nodiscard]] std::vector<LandmarkEstimate> without_duplicates(const std::vector<LandmarkEstimate>& landmarks,
-                                                                 const std::map<int, std::size_t>& first_of) const;
+  [[nodiscard]] std::vector<int> candidates_for(const LiveMap& fresh) const;
+  /// Landmarks of b that are landmarks of a, for unknown identities; reach_m as in overlap(). Not sought, with the reason in `attempt`,
+  /// where the maps could not be fused whatever they are.
+  [[nodiscard]] std::vector<Pair> search_pairs(const LiveMap& a, const LiveMap& b, double reach_m, int needed, LoopAttempt& attempt,
+                                               JoinReport& report);
   /// Compares the map at base `b` with the one at base `a`; fuses them when they share enough. True when fused (into base a).
   bool compare(int a, int b, int needed, LoopAttempt& attempt, JoinReport& report);
 
@@ -95,9 +91,8 @@ class SelectiveJoiner final : public MapJoiner {
   void freeze_inner_poses(LiveMap& fused);
 
   SelectiveJoinerConfig config_;
-  AssociationMethod association_;
+  MapAssociator associator_;
   std::optional<int> max_submap_landmarks_;
-  Rng rng_;
   GlobalMap global_;
   std::map<int, LiveMap> maps_;  ///< live, by base
   std::map<int, int> users_;     ///< by base: how many live maps hold it, as their own or as a pose

@@ -1,0 +1,62 @@
+#include "ssjs/joining/landmark_list.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+#include "ssjs/joining/loop_candidates.hpp"
+#include "ssjs/joining/nearby_maps.hpp"
+
+namespace ssjs {
+
+std::vector<LandmarkEstimate> listed_once(const std::vector<LandmarkEstimate>& landmarks, const std::vector<SameLandmark>& same) {
+  std::vector<std::size_t> group(landmarks.size());
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  const auto root = [&group](std::size_t i) {
+    while (group[i] != i) i = group[i] = group[group[i]];
+    return i;
+  };
+  for (const auto& [first, second] : same) {
+    const std::size_t i = root(first);
+    const std::size_t j = root(second);
+    group[std::max(i, j)] = std::min(i, j);
+  }
+  std::map<std::size_t, LandmarkEstimate> surest;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const auto [place, is_first] = surest.emplace(root(i), landmarks[i]);
+    if (is_first) continue;
+    LandmarkEstimate& kept = place->second;
+    const int times_seen = kept.landmark.times_seen + landmarks[i].landmark.times_seen;
+    if (landmarks[i].position.covariance.trace() < kept.position.covariance.trace()) kept = landmarks[i];
+    kept.landmark.times_seen = times_seen;
+  }
+  std::vector<LandmarkEstimate> kept;
+  for (const auto& entry : surest) kept.push_back(entry.second);
+  return kept;
+}
+
+std::vector<SameLandmark> common_landmarks(const std::map<int, LiveMap>& maps, const std::map<int, std::size_t>& first_of,
+                                           const GlobalMap& global, const MapAssociator& associator) {
+  std::vector<SameLandmark> same;
+  const std::optional<double> gate = associator.ambiguity_gate();
+  for (auto a = maps.begin(); a != maps.end(); ++a) {
+    for (auto b = std::next(a); b != maps.end(); ++b) {
+      const double centres = (global.pose(a->first) * a->second.centroid - global.pose(b->first) * b->second.centroid).norm();
+      if (centres > a->second.radius + b->second.radius + kReachMargin) continue;
+      Overlap near = overlap(a->second, b->second, global, kReachMargin);
+      if (near.a_landmarks.empty() || near.b_landmarks.empty()) continue;
+      const Encounter meeting = encounter(a->second, b->second, global, std::move(near));
+      const std::vector<Pair> pairs =
+          associator.associate_exactly(meeting.problem, a->second, meeting.a_landmarks, b->second, meeting.b_landmarks).pairs;
+      if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) continue;
+      for (const Pair& pair : landmark_pairs(meeting, pairs)) {
+        same.emplace_back(first_of.at(a->first) + static_cast<std::size_t>(pair.prediction),
+                          first_of.at(b->first) + static_cast<std::size_t>(pair.observation));
+      }
+    }
+  }
+  return same;
+}
+
+}  // namespace ssjs
