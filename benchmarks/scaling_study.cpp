@@ -254,7 +254,7 @@ void study_crossover(const StudyOptions& options) {
   SlamConfig dense = scaling_config(simulation, options);
   dense.joining.dense_bases = 1000000;
   SlamConfig sparse = dense;
-  sparse.joining.dense_bases = 2;
+  sparse.joining.solver = GlobalSolver::kGaussNewton;
   const LocalMission local = build_submaps(mission, dense);
   std::vector<GlobalMission> dense_rounds, sparse_rounds;
   for (int round = 0; round < options.rounds; ++round) {

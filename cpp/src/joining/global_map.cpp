@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -17,11 +18,17 @@ Eigen::Index position(const std::vector<int>& bases, int base) {
   return found - bases.begin();
 }
 
+constexpr double kOnlineTolerance = 1e-4;  // of half chi-squared: a hundredth of a standard deviation
+constexpr double kFinalTolerance = 1e-9;
+constexpr double kHysteresis = 1.5;
+constexpr std::size_t kMaxDenseBases = 2000;  // 288 MB
+
 }  // namespace
 
 GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
-    : dense_bases_(static_cast<std::size_t>(dense_bases)),
-      sparse_(solver == GlobalSolver::kGaussNewton),
+    : always_sparse_(solver == GlobalSolver::kGaussNewton),
+      sparse_(always_sparse_),
+      next_comparison_(static_cast<std::size_t>(dense_bases)),
       poses_{Se2{}},
       live_{0},
       P_(Eigen::MatrixXd::Zero(3, 3)) {}
@@ -53,7 +60,14 @@ void GlobalMap::attach(const LiveMap& map) {
     P_.block<3, 3>(n, n) = J1 * P_.block<3, 3>(at, at) * J1.transpose() + J2 * base_T_next.covariance * J2.transpose();
   }
   live_.push_back(next);
-  if (!sparse_ && live_.size() > dense_bases_) go_sparse();
+  if (sparse_ || live_.size() <= next_comparison_) return;
+  sparse_solver_.factorize(factors_, poses_);
+  if (sparse_work() < dense_work()) {
+    go_sparse();
+    stale_ = false;
+  } else {
+    next_comparison_ = live_.size() + live_.size() / 10;
+  }
 }
 
 void GlobalMap::replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence, const std::vector<const LiveMap*>& changed) {
@@ -64,10 +78,14 @@ void GlobalMap::replace(int a, int b, const LiveMap& joined, const JoinEvidence&
   for (const LiveMap* const map : changed) set_factor(*map);
   forget_unused_bases();
   if (!sparse_) return;
-  sparse_solver_.optimize(factors_, poses_);
+  sparse_solver_.optimize(factors_, poses_, kOnlineTolerance);
   tail_.clear();
   stale_ = false;
+  if (!always_sparse_ && sparse_work() > kHysteresis * dense_work() && live_.size() <= kMaxDenseBases) go_dense();
 }
+
+double GlobalMap::sparse_work() const { return 20.0 * sparse_solver_.factor_flops() + 400.0 * sparse_solver_.factor_entries(); }
+double GlobalMap::dense_work() const { return 13.0 * std::pow(3.0 * static_cast<double>(live_.size()), 2); }
 
 void GlobalMap::extend_tail(const LiveMap& map) {
   const GaussianSe2 base_T_next{map.base_T_pose(0), map.covariance.topLeftCorner<3, 3>()};
@@ -184,9 +202,16 @@ void GlobalMap::go_sparse() {
   stale_ = true;
 }
 
+void GlobalMap::go_dense() {
+  const Eigen::MatrixXd P = covariance(live_);
+  P_ = P;
+  sparse_ = false;
+  next_comparison_ = live_.size() + live_.size() / 10;
+}
+
 void GlobalMap::relinearize() {
   if (!sparse_) go_sparse();
-  sparse_solver_.optimize(factors_, poses_);
+  sparse_solver_.optimize(factors_, poses_, kFinalTolerance);
   tail_.clear();
   stale_ = false;
 }

@@ -241,14 +241,15 @@ void SparsePoseSolver::factorize(const std::map<int, PortFactor>& factors, const
   implementation_->decompose();
 }
 
-double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std::vector<Se2>& poses) {
+double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std::vector<Se2>& poses, double tolerance) {
   Implementation& self = *implementation_;
   self.prepare(factors);
   if (self.unknowns.empty()) return 0.0;
   double cost = self.linearize(factors, poses);
+  self.decompose();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    self.decompose();
     const Eigen::VectorXd step = self.solve(-self.gradient);  // (J-16)
+    if (-0.5 * step.dot(self.gradient) <= tolerance + kRelativeDecrease * cost) break;
     const std::vector<Se2> start = poses;
     double scale = 1.0;
     double new_cost = cost;
@@ -260,13 +261,16 @@ double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std:
       new_cost = self.linearize(factors, poses);
       if (new_cost <= cost * (1.0 + kRelativeDecrease) + kRelativeDecrease) break;
     }
+    self.decompose();
     const double decrease = cost - new_cost;
     cost = new_cost;
-    if (step.lpNorm<Eigen::Infinity>() * scale < kConvergedStep || std::abs(decrease) <= kRelativeDecrease * (1.0 + cost)) break;
+    if (std::abs(decrease) <= kRelativeDecrease * (1.0 + cost)) break;
   }
-  self.decompose();
   return cost;
 }
+
+double SparsePoseSolver::factor_flops() const { return implementation_->common.fl; }
+double SparsePoseSolver::factor_entries() const { return implementation_->common.lnz; }
 
 Eigen::Matrix3d SparsePoseSolver::cross_covariance(int row_base, int column_base) const {
   if (row_base == 0 || column_base == 0) return Eigen::Matrix3d::Zero();

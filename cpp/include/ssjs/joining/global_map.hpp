@@ -27,7 +27,7 @@ struct JoinEvidence {
 /// Base 0 is the world frame, known exactly. Poses are global_T_base; covariances of additive coordinates.
 class GlobalMap {
  public:
-  /// dense_bases: above so many live bases the dense covariance gives way to sparse port factors for good.
+  /// dense_bases: above so many live bases the dense covariance gives way to sparse port factors where those are cheaper.
   GlobalMap(GlobalSolver solver, int dense_bases);
 
   /// A new map attaches: its own base is live, its single port is the next base. (J-5)
@@ -55,12 +55,17 @@ class GlobalMap {
   /// P(:, base) of the dense level, 3 columns.
   [[nodiscard]] Eigen::MatrixXd dense_columns(Eigen::Index at) const;
   void go_sparse();
+  void go_dense();
+  /// Of one closing that fuses, in units that were made equal where both take equally long (benchmarks/README.md).
+  [[nodiscard]] double sparse_work() const;
+  [[nodiscard]] double dense_work() const;
   void refresh() const;  ///< sparse: factorises where that was not done yet
   void extend_tail(const LiveMap& map);
   [[nodiscard]] Eigen::Matrix3d sparse_cross_covariance(int row_base, int column_base) const;
 
-  std::size_t dense_bases_;
+  bool always_sparse_;
   bool sparse_;
+  std::size_t next_comparison_;        ///< dense: of the two ways, above so many live bases
   std::vector<Se2> poses_;             ///< by base index; the entry of a forgotten base is its last estimate
   std::vector<int> live_;              ///< dense: in the order of P_
   Eigen::MatrixXd P_;                  ///< dense: 3 x 3 blocks on and below the diagonal; capacity beyond 3 * live_.size()

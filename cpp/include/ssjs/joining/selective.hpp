@@ -28,9 +28,9 @@ struct SelectiveJoinerConfig {
   int node_budget = 1500;
   GlobalSolver solver = GlobalSolver::kInvariantEkf;
   int dense_bases = 350;
-  int max_ports = 24;
+  int max_ports = 16;
   int min_shared_bases = 2;
-  int max_inner_poses = 100;
+  int max_inner_poses = 40;
   bool final_adjustment = true;
   template <class Visitor>
   void visit(Visitor& v) {
@@ -50,7 +50,7 @@ struct SelectiveJoinerConfig {
     v.choice("solver", solver, Choices<GlobalSolver>{{"ekf", GlobalSolver::kInvariantEkf}, {"gauss-newton", GlobalSolver::kGaussNewton}},
              "global update: one invariant EKF step a fusion, or sparse Gauss-Newton over the port factors");
     v.field("dense_bases", dense_bases, Rule::at_least(2),
-            "above so many live bases the EKF's dense covariance gives way to sparse port factors");
+            "above so many live bases the EKF's dense covariance gives way to sparse port factors where those are cheaper");
     v.field("max_ports", max_ports, Rule::at_least(2),
             "a fused map drops its least sure ports beyond this number, so that visiting an area again and again stays cheap");
     v.field("min_shared_bases", min_shared_bases, Rule::at_least(2),

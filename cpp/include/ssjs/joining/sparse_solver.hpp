@@ -34,11 +34,16 @@ class SparsePoseSolver {
   SparsePoseSolver& operator=(SparsePoseSolver&&) noexcept;
 
   /// Gauss-Newton from `poses` (changed in place) over every base that a factor names, base 0 held fixed. Steps are halved while
-  /// they do not reduce the cost. Afterwards covariance() answers at the solution. Returns half the final chi-squared.
-  double optimize(const std::map<int, PortFactor>& factors, std::vector<Se2>& poses);
+  /// they do not reduce the cost; it ends where a step promises less than `tolerance` of half chi-squared. Afterwards covariance() answers
+  /// at the solution. Returns half the final chi-squared.
+  double optimize(const std::map<int, PortFactor>& factors, std::vector<Se2>& poses, double tolerance);
 
   /// Factorises at `poses` without moving them.
   void factorize(const std::map<int, PortFactor>& factors, const std::vector<Se2>& poses);
+
+  /// Of the last factorisation: multiply-adds it took, and entries of the factor.
+  [[nodiscard]] double factor_flops() const;
+  [[nodiscard]] double factor_entries() const;
 
   /// Cov(row_base, column_base), zero for base 0. The columns of a base are solved for once and kept until the factor changes.
   [[nodiscard]] Eigen::Matrix3d cross_covariance(int row_base, int column_base) const;
