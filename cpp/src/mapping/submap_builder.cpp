@@ -87,13 +87,13 @@ ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
     result.closed = finish(*reason);
     start(time_s);
     scans_ = 1;
-    for (const Feature& feature : for_new) result.added += add(feature) ? 1 : 0;
+    for (const Feature& feature : for_new) add(feature, result);
     result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
     return result;
   }
 
   update(scan, pairs, association.selected, result);
-  for (const Eigen::Index i : association.fresh) result.added += add(scan[at(i)]) ? 1 : 0;
+  for (const Eigen::Index i : association.fresh) add(scan[at(i)], result);
   result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
   prune();
   return result;
@@ -120,16 +120,21 @@ void SubmapBuilder::update(const Features& scan, const std::vector<Pair>& pairs,
   result.paired = static_cast<int>(pairs.size());
   if (pairs.empty()) return;
   result.update = ekf_.update(scan, pairs, selected);
-  for (const Pair& pair : pairs) ++landmarks_[at(selected[at(pair.prediction)])].times_seen;
+  for (const Pair& pair : pairs) {
+    MapLandmark& landmark = landmarks_[at(selected[at(pair.prediction)])];
+    ++landmark.times_seen;
+    result.used.push_back({scan[at(pair.observation)], landmark.tracks.front()});
+  }
 }
 
-bool SubmapBuilder::add(const Feature& feature) {
+void SubmapBuilder::add(const Feature& feature, ScanResult& result) {
   const auto tentative = [&](const MapLandmark& landmark) { return !confirmed(landmark); };
-  if (std::count_if(landmarks_.begin(), landmarks_.end(), tentative) >= config_.max_tentative) return false;
+  if (std::count_if(landmarks_.begin(), landmarks_.end(), tentative) >= config_.max_tentative) return;
   ekf_.add_landmark(feature);
-  landmarks_.push_back({1, feature.landmark_id});
+  landmarks_.push_back({1, feature.landmark_id, {tracks_}});
   first_scan_.push_back(scans_);
-  return true;
+  result.used.push_back({feature, tracks_++});
+  ++result.added;
 }
 
 void SubmapBuilder::remove(Eigen::Index landmark) {

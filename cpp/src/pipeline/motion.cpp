@@ -9,4 +9,22 @@ MotionPrediction hold_command(const Se2& frame_T_vehicle, const Event& command, 
   return predict_unicycle(frame_T_vehicle, std::get<VelocityControl>(command.record), dt_s, config.unicycle);
 }
 
+void OdometryMotion::take(const Event& event) {
+  dt_s_ = time_s_ ? event.time_s - *time_s_ : 0.0;
+  time_s_ = event.time_s;
+  held_ = next_;
+  increment_.reset();
+  if (const auto* increment = std::get_if<OdometryIncrement>(&event.record)) {
+    increment_ = *increment;
+  } else if (std::holds_alternative<AckermanControl>(event.record) || std::holds_alternative<VelocityControl>(event.record)) {
+    next_ = event;
+  }
+}
+
+std::optional<MotionPrediction> OdometryMotion::from(const Se2& frame_T_vehicle) const {
+  if (increment_) return predict_increment(frame_T_vehicle, *increment_);
+  if (held_ && dt_s_ > 0.0) return hold_command(frame_T_vehicle, *held_, dt_s_, config_);
+  return std::nullopt;
+}
+
 }  // namespace ssjs

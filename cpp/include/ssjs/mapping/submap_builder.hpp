@@ -43,9 +43,16 @@ struct SubmapBuilderConfig {
   }
 };
 
+/// An observation that entered the estimate, and the track it belongs to: the observations of one landmark in one submap.
+struct UsedObservation {
+  Feature feature;
+  std::int64_t track = 0;  ///< MapLandmark::tracks says which landmark that became
+};
+
 struct ScanResult {
   std::optional<UpdateResult> update;      ///< absent when nothing was paired or the scan was skipped
   int paired = 0, added = 0, dropped = 0;  ///< each observation of a used scan is in one of them
+  std::vector<UsedObservation> used;       ///< the paired ones, then the added ones
   int wrong_pairs = 0;                     ///< pairs whose source identities differ, where both are known
   bool budget_exhausted = false;
   double association_time_s = 0.0;
@@ -74,7 +81,7 @@ class SubmapBuilder {
 
  private:
   void start(double time_s);
-  bool add(const Feature& feature);  ///< false when there are too many tentative landmarks
+  void add(const Feature& feature, ScanResult& result);  ///< nothing when there are too many tentative landmarks
   void update(const Features& scan, const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& selected, ScanResult& result);
   void prune();
   void remove(Eigen::Index landmark);
@@ -89,6 +96,7 @@ class SubmapBuilder {
   std::vector<int> first_scan_;         ///< of each landmark
   TrajectoryJournal journal_;
   int index_ = 0;
+  std::int64_t tracks_ = 0;  ///< begun so far
   int scans_ = 0;
   double start_time_s_ = 0.0;
   bool started_ = false;

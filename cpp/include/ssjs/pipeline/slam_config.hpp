@@ -9,6 +9,7 @@
 #include "ssjs/features/tree_detector.hpp"
 #include "ssjs/joining/selective.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
+#include "ssjs/pipeline/smoother.hpp"
 #include "ssjs/sensors/ackerman.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
 #include "ssjs/sensors/unicycle.hpp"
@@ -41,6 +42,7 @@ struct SlamConfig {
   ScanAssociationConfig association;
   SubmapBuilderConfig submap;
   SelectiveJoinerConfig joining;
+  SmoothingConfig smoothing;
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("method", method, Choices<Method>{{"ssjs", Method::kSelective}, {"ekf", Method::kEkf}},
@@ -51,6 +53,7 @@ struct SlamConfig {
     v.section("association", association, "which observation is of which landmark");
     v.section("submap", submap, "local maps");
     v.section("joining", joining, "the global level");
+    v.section("smoothing", smoothing, "least squares over the whole mission at its end");
   }
 
   /// Every violation, rules between fields included; empty when valid.
