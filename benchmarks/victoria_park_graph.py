@@ -1,11 +1,11 @@
-"""The published Victoria Park graph (known association): ssjs, alone and smoothed, beside GTSAM's iSAM2, same machine, same run, interleaved.
+"""The published Victoria Park graph (known association): ssjs, alone and smoothed, beside GTSAM's iSAM2, interleaved in one run.
 
     pip install gtsam
     SSJS_DATA=... python benchmarks/victoria_park_graph.py --rounds 5
 
 Both take the same increments and sightings with the same noise. What is timed a step: iSAM2's update with the new factors and its
-estimate of the newest pose; every event of ssjs, which answers with pose and covariance. The total of the smoothed run includes the smoother
-and all covariances. Half chi2 is always that of GTSAM's own graph at the estimate.
+estimate of the newest pose; every event of ssjs, which answers with pose and covariance. The total of the smoothed run includes the
+smoother and all covariances. Half chi2 is always that of GTSAM's own graph at the estimate.
 """
 
 import argparse

@@ -148,6 +148,7 @@ py::dict to_python(const MissionResult& result) {
     counters["smoothing_converged"] = result.smoothing->converged;
     counters["smoothing_poses"] = result.smoothing->poses;
     counters["smoothing_sightings"] = result.smoothing->sightings;
+    counters["smoothing_factor_entries"] = result.smoothing->factor_entries;
     counters["smoothing_doubted"] = result.smoothing->doubted;
   }
   dict["counters"] = counters;

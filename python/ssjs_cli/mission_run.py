@@ -251,7 +251,9 @@ def _calibrated(settings: Settings, log: Any, seed: int, session: Session) -> Se
 
         def nis_of(values: Mapping[str, Any]) -> tuple[Any, Any]:
             nonlocal finished_runs
-            result = run_estimator({**values, SMOOTHING_KEY: False}, log, seed, lambda fraction: progress((finished_runs + fraction) / total_runs))
+            result = run_estimator(
+                {**values, SMOOTHING_KEY: False}, log, seed, lambda fraction: progress((finished_runs + fraction) / total_runs)
+            )
             finished_runs += 1
             updates = result["updates"]
             return np.asarray(updates["nis"], dtype=np.float64), np.asarray(updates["dof"], dtype=np.int64)

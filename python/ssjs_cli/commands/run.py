@@ -14,7 +14,9 @@ from ssjs_cli.session import Session
 @click.option("--method", default=None, metavar="METHOD", help="Joining method, short for --set method=...")
 @click.option("--association", default=None, metavar="METHOD", help="Data association; short for --set association.method=...")
 @click.option("--calibrate", is_flag=True, help="First estimate mounting, steering and side slip without a reference.")
-@click.option("--smooth", is_flag=True, help="Afterwards least squares over every pose and landmark; short for --set smoothing.enabled=true.")
+@click.option(
+    "--smooth", is_flag=True, help="Afterwards least squares over every pose and landmark; short for --set smoothing.enabled=true."
+)
 @click.option("--config", "config_path", type=click.Path(), default=None, help="TOML file with settings, such as the config.toml of a run.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated.")
 @click.option("--no-report", is_flag=True, help="Leave out report.html.")

@@ -31,7 +31,7 @@ struct Round {
     problem.poses = {Se2{}};
     for (int k = 0; k + 1 < 12; ++k) {
       const Eigen::MatrixXd P = correlated_covariance(rng, Eigen::Vector3d(0.1, 0.1, 0.03));
-      const Eigen::Vector3d error = noise * (P.llt().matrixL() * testing::normal_vector(rng, 3));
+      const Eigen::Vector3d error = P.llt().matrixL() * Eigen::VectorXd(noise * testing::normal_vector(rng, 3));
       const Se2 step = truth[static_cast<std::size_t>(k)].inverse() * truth[static_cast<std::size_t>(k) + 1];
       problem.motions.push_back({k, k + 1, {additive_step(step, error), P}});
       problem.poses.push_back(problem.poses.back() * problem.motions.back().from_T_to.mean);
@@ -39,7 +39,7 @@ struct Round {
     for (int l = 0; l < 6; ++l) {
       for (int k = l % 2; k < 12; k += 2) {
         const Eigen::MatrixXd R = correlated_covariance(rng, Eigen::Vector2d(0.1, 0.02));
-        const Eigen::Vector2d error = noise * (R.llt().matrixL() * testing::normal_vector(rng, 2));
+        const Eigen::Vector2d error = R.llt().matrixL() * Eigen::VectorXd(noise * testing::normal_vector(rng, 2));
         Eigen::Vector2d seen =
             predict_range_bearing(truth[static_cast<std::size_t>(k)], landmarks[static_cast<std::size_t>(l)]).range_bearing + error;
         seen.y() = wrap_angle(seen.y());
