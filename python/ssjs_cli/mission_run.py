@@ -56,6 +56,7 @@ RUN_KIND = "run directory"
 RANGE_SIGMA_KEY = "sensor.range_sigma_m"
 BEARING_SIGMA_KEY = "sensor.bearing_sigma_rad"
 SMOOTHING_KEY = "smoothing.enabled"
+SMOOTHING_ITERATIONS_KEY = "smoothing.max_iterations"
 # Beyond the last odometry record the motion is unknown: later observations cannot be used.
 MAX_OBSERVATION_LAG_S = 1.0
 
@@ -213,6 +214,9 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with interruptible("estimating") as progress:
             result = run_estimator(settings.values, log, seed, progress)
         stopwatch.lap("estimate")
+        if result["counters"].get("smoothing_converged") is False:
+            warnings.append(f"the smoother stopped before its minimum; raise {SMOOTHING_ITERATIONS_KEY} or try a kernel")
+            session.warn(f"{directory}: {warnings[-1]}")
         estimate = estimate_of(result)
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)

@@ -44,6 +44,7 @@ def summary_text(finished: FinishedRun, *, with_report: bool) -> str:
         ("input", _joined([(summary["steps"], "steps"), (summary["observations"], "observations")])),
         ("map", _joined([(summary[key], key.replace("_", " ")) for key in ("landmarks", "submaps", "fusions", "loop_closures")])),
         ("time", _time_text(summary)),
+        ("smoothing", _smoothing_text(summary)),
         ("trajectory", _trajectory_text(summary)),
         ("map error", _map_text(summary)),
         ("consistency", _consistency_text(summary)),
@@ -63,6 +64,16 @@ def _time_text(summary: dict[str, Any]) -> str | None:
     text = f"{summary['time_total_s']:.2f} s"
     if summary["step_time_p99_us"] is not None:
         text += f", step 50 % {summary['step_time_p50_us']:.0f} us, 99 % {summary['step_time_p99_us']:.0f} us"
+    return text
+
+
+def _smoothing_text(summary: dict[str, Any]) -> str | None:
+    if summary["half_chi2_final"] is None:
+        return None
+    text = f"half chi2 {summary['half_chi2_initial']:.1f} -> {summary['half_chi2_final']:.1f}"
+    text += f", {summary['smoothing_iterations']} iterations over {summary['smoothing_poses']} poses in {summary['time_smoothing_s']:.2f} s"
+    if summary["smoothing_doubted"]:
+        text += f", {summary['smoothing_doubted']} of {summary['smoothing_sightings']} sightings doubted"
     return text
 
 

@@ -78,3 +78,9 @@ def test_a_robust_kernel_doubts_a_gross_error(cli: Callable[..., Any], circle_mi
     assert plain["smoothing_doubted"] == 0
     assert robust["smoothing_doubted"] >= len(range(200, len(lines), 200))
     assert robust["map_error_mean_m"] < plain["map_error_mean_m"]
+
+
+def test_a_smoother_that_is_stopped_early_says_so(cli: Callable[..., Any], circle_mission: Path, tmp_path: Path) -> None:
+    summary = finished(cli, circle_mission, tmp_path / "run", "--smooth", "--set", "smoothing.max_iterations=1")
+    assert summary["smoothing_converged"] is False
+    assert "smoothing.max_iterations" in summary["warnings"][0]
