@@ -59,6 +59,7 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
     ++report.candidates;
     report.loops.push_back(std::move(attempt));
   }
+  global_.settle();
   return report;
 }
 
