@@ -1,0 +1,104 @@
+"""What a study keeps of one run besides its numbers: short curves for the drawings. Statistics never use them, but where said so."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ssjs_cli.evaluation import Evaluation, last_of_each_time, pose_nees, start_frame
+from ssjs_cli.formats.mission import Reference
+from ssjs_cli.formats.number_table import FloatArray, IntArray
+from ssjs_cli.formats.run_directory import Estimate
+from ssjs_cli.formats.tum import PoseSeries
+from ssjs_cli.report.simplification import every_nth, keep_extremes, simplify_line, span_edges
+
+TIME_SPANS = 300
+ERROR_SPANS = 250
+NIS_SPANS = 120
+MAX_TRACK_POINTS = 2500
+MAX_LANDMARKS = 4000
+#: A drawn track leaves the full one by at most this part of its extent.
+TRACK_TOLERANCE = 1.0 / 20_000.0
+SECONDS, METRES, NUMBER = 3, 3, 6
+
+
+def _listed(values: FloatArray | IntArray, decimals: int) -> list[float]:
+    rounded: list[float] = (np.round(values, decimals) + 0.0).tolist()
+    return rounded
+
+
+def cumulative_time(result: Mapping[str, Any]) -> dict[str, list[float]]:
+    """Computing time spent until a time of the mission, at the ends of equal spans."""
+    time_s = np.asarray(result["time_s"], dtype=np.float64)
+    ends = span_edges(time_s, TIME_SPANS)[1:] - 1
+    spent_s = 1e-6 * np.cumsum(np.asarray(result["step_time_us"], dtype=np.float64))
+    return {"time_s": _listed(time_s[ends], SECONDS), "spent_s": _listed(spent_s[ends], NUMBER)}
+
+
+def nees_over_time(estimate: Estimate, reference: Reference) -> dict[str, Any] | None:
+    """NEES of the vehicle pose, final and online, at the same instants in every run of one scenario: the last event of each of equal
+    time spans. Needs dense truth. These values are used for the mean over runs."""
+    if reference.truth is None:
+        return None
+    final, final_covariance = last_of_each_time(estimate.final, estimate.final_covariance)
+    online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
+    max_gap_s = reference.description.max_gap_s
+    frame = start_frame(final, reference.truth, max_gap_s, np.zeros(3))
+    rows = span_edges(final.time_s, TIME_SPANS)[1:] - 1
+    curves: dict[str, Any] = {"time_s": _listed(final.time_s[rows], SECONDS)}
+    for name, series, covariance in (("final", final, final_covariance), ("online", online, online_covariance)):
+        judged = PoseSeries(series.time_s[rows], series.pose[rows])
+        times, values = pose_nees(judged, covariance[rows], reference.truth, frame, max_gap_s)
+        found = dict(zip(times.tolist(), np.round(values, NUMBER).tolist(), strict=True))
+        curves[name] = [found.get(time) for time in judged.time_s.tolist()]
+    return curves
+
+
+def nis_over_time(result: Mapping[str, Any]) -> dict[str, list[float]] | None:
+    """Sums of NIS and of its degrees of freedom in equal time spans of the mission, empty spans included."""
+    updates = result["updates"]
+    time_s = np.asarray(updates["time_s"], dtype=np.float64)
+    if len(time_s) == 0:
+        return None
+    mission_time_s = np.asarray(result["time_s"], dtype=np.float64)
+    edges = np.linspace(mission_time_s[0], mission_time_s[-1], NIS_SPANS + 1)
+    span = np.clip(np.searchsorted(edges, time_s, side="right") - 1, 0, NIS_SPANS - 1)
+    nis = np.bincount(span, weights=np.asarray(updates["nis"], dtype=np.float64), minlength=NIS_SPANS)
+    dof = np.bincount(span, weights=np.asarray(updates["dof"], dtype=np.float64), minlength=NIS_SPANS)
+    return {"time_s": _listed(0.5 * (edges[:-1] + edges[1:]), SECONDS), "nis": _listed(nis, NUMBER), "dof": _listed(dof, 0)}
+
+
+def error_over_time(evaluation: Evaluation) -> dict[str, Any] | None:
+    """Position error against the reference, its rejected fixes left out, without losing a peak."""
+    if evaluation.errors is None:
+        return None
+    curves = {}
+    for name, table in (("final", evaluation.errors), ("online", evaluation.online_errors)):
+        if table is None:
+            continue
+        time_s, error_m, is_outlier = (np.asarray(column, dtype=np.float64) for column in table.columns[:3])
+        trusted = is_outlier == 0.0
+        time_s, error_m = time_s[trusted], error_m[trusted]
+        rows = keep_extremes(time_s, error_m, ERROR_SPANS)
+        curves[name] = {"time_s": _listed(time_s[rows], SECONDS), "error_m": _listed(error_m[rows], 4)}
+    return curves
+
+
+def map_of(estimate: Estimate, evaluation: Evaluation) -> dict[str, Any]:
+    """Track, landmarks, dead reckoning and reference, all in the frame of the estimate."""
+    tracks: dict[str, Any] = {
+        "track": _track(estimate.final.pose[:, :2]),
+        "dead_reckoning": _track(estimate.dead_reckoning.pose[:, :2]),
+    }
+    if evaluation.reference is not None:
+        tracks["reference"] = _track(np.column_stack(evaluation.reference[1:3]))
+    rows, _ = every_nth(len(estimate.landmarks.position), MAX_LANDMARKS)
+    position = estimate.landmarks.position[rows]
+    tracks["landmarks"] = {"x_m": _listed(position[:, 0], METRES), "y_m": _listed(position[:, 1], METRES)}
+    return tracks
+
+
+def _track(points: FloatArray) -> dict[str, list[float]]:
+    extent_m = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    rows = simplify_line(points, MAX_TRACK_POINTS, extent_m * TRACK_TOLERANCE).indices
+    return {"x_m": _listed(points[rows, 0], METRES), "y_m": _listed(points[rows, 1], METRES)}
