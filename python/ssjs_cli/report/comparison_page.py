@@ -122,7 +122,7 @@ def comparison_page(comparison: "Comparison") -> str:
                 _plot("nees-online", "NEES of the vehicle pose, online", figures.nees(finished, "online", POSE_DOF), no_truth),
                 _plot(
                     "nis", "NIS of the scan updates", figures.nis(finished), "No scan updated a filter.",
-                    "Means over 120 spans of the mission; the band is that of the degrees of freedom in a span.",
+                    "Means over equal spans of the mission; the band is that of the degrees of freedom in a span.",
                 ),
             ],
         ),

@@ -1,5 +1,6 @@
 """What a study keeps of one run besides its numbers: short curves for the drawings. Statistics never use them, but where said so."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,7 +15,9 @@ from ssjs_cli.report.simplification import every_nth, keep_extremes, simplify_li
 
 TIME_SPANS = 300
 ERROR_SPANS = 250
-NIS_SPANS = 120
+#: At least so many instants or spans, and at most two and a half times as many.
+NEES_INSTANTS = 200
+NIS_SPANS = 80
 MAX_TRACK_POINTS = 2500
 MAX_LANDMARKS = 4000
 #: A drawn track leaves the full one by at most this part of its extent.
@@ -27,6 +30,17 @@ def _listed(values: FloatArray | IntArray, decimals: int) -> list[float]:
     return rounded
 
 
+def round_interval(duration_s: float, least_parts: int) -> float:
+    """The largest of ..., 1, 2, 5, 10, ... s that cuts the duration into at least so many parts. Runs of one scenario may last a little
+    longer or shorter, where the vehicle slips: a round interval is the same for all of them."""
+    if not duration_s > 0.0:
+        return 1.0
+    decade = math.floor(math.log10(duration_s / least_parts))
+    return max(
+        interval for power in (decade - 1, decade) for digit in (1, 2, 5) if (interval := digit * 10.0**power) <= duration_s / least_parts
+    )
+
+
 def cumulative_time(result: Mapping[str, Any]) -> dict[str, list[float]]:
     """Computing time spent until a time of the mission, at the ends of equal spans."""
     time_s = np.asarray(result["time_s"], dtype=np.float64)
@@ -36,16 +50,19 @@ def cumulative_time(result: Mapping[str, Any]) -> dict[str, list[float]]:
 
 
 def nees_over_time(estimate: Estimate, reference: Reference) -> dict[str, Any] | None:
-    """NEES of the vehicle pose, final and online, at the same instants in every run of one scenario: the last event of each of equal
-    time spans. Needs dense truth. These values are used for the mean over runs."""
+    """NEES of the vehicle pose, final and online, after the last event until round instants of the mission, the same in every run of one
+    scenario. Needs dense truth. These values are used for the mean over runs."""
     if reference.truth is None:
         return None
     final, final_covariance = last_of_each_time(estimate.final, estimate.final_covariance)
     online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
     max_gap_s = reference.description.max_gap_s
     frame = start_frame(final, reference.truth, max_gap_s, np.zeros(3))
-    rows = span_edges(final.time_s, TIME_SPANS)[1:] - 1
-    curves: dict[str, Any] = {"time_s": _listed(final.time_s[rows], SECONDS)}
+    start_s, end_s = float(final.time_s[0]), float(final.time_s[-1])
+    interval_s = round_interval(end_s - start_s, NEES_INSTANTS)
+    instants_s = start_s + interval_s * np.arange(1, math.floor((end_s - start_s) / interval_s) + 1)
+    rows = np.searchsorted(final.time_s, instants_s + 1e-3 * interval_s, side="right") - 1
+    curves: dict[str, Any] = {"time_s": _listed(instants_s, SECONDS)}
     for name, series, covariance in (("final", final, final_covariance), ("online", online, online_covariance)):
         judged = PoseSeries(series.time_s[rows], series.pose[rows])
         times, values = pose_nees(judged, covariance[rows], reference.truth, frame, max_gap_s)
@@ -55,17 +72,23 @@ def nees_over_time(estimate: Estimate, reference: Reference) -> dict[str, Any] |
 
 
 def nis_over_time(result: Mapping[str, Any]) -> dict[str, list[float]] | None:
-    """Sums of NIS and of its degrees of freedom in equal time spans of the mission, empty spans included."""
+    """Sums of NIS and of its degrees of freedom in spans of a round length, empty spans included."""
     updates = result["updates"]
     time_s = np.asarray(updates["time_s"], dtype=np.float64)
     if len(time_s) == 0:
         return None
     mission_time_s = np.asarray(result["time_s"], dtype=np.float64)
-    edges = np.linspace(mission_time_s[0], mission_time_s[-1], NIS_SPANS + 1)
-    span = np.clip(np.searchsorted(edges, time_s, side="right") - 1, 0, NIS_SPANS - 1)
-    nis = np.bincount(span, weights=np.asarray(updates["nis"], dtype=np.float64), minlength=NIS_SPANS)
-    dof = np.bincount(span, weights=np.asarray(updates["dof"], dtype=np.float64), minlength=NIS_SPANS)
-    return {"time_s": _listed(0.5 * (edges[:-1] + edges[1:]), SECONDS), "nis": _listed(nis, NUMBER), "dof": _listed(dof, 0)}
+    start_s, duration_s = float(mission_time_s[0]), float(mission_time_s[-1] - mission_time_s[0])
+    interval_s = round_interval(duration_s, NIS_SPANS)
+    spans = max(math.ceil(duration_s / interval_s), 1)
+    span = np.clip(((time_s - start_s) / interval_s).astype(np.int64), 0, spans - 1)
+    nis = np.bincount(span, weights=np.asarray(updates["nis"], dtype=np.float64), minlength=spans)
+    dof = np.bincount(span, weights=np.asarray(updates["dof"], dtype=np.float64), minlength=spans)
+    return {
+        "time_s": _listed(start_s + interval_s * (np.arange(spans) + 0.5), SECONDS),
+        "nis": _listed(nis, NUMBER),
+        "dof": _listed(dof, 0),
+    }
 
 
 def error_over_time(evaluation: Evaluation) -> dict[str, Any] | None:
