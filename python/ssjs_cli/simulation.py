@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from ssjs_cli import _core
 from ssjs_cli.config import (
     DEFAULT_SEED,

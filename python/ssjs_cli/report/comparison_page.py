@@ -8,7 +8,7 @@ from ssjs_cli.report.figure_style import Figure
 from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.number_text import count_text, seconds_text
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import Section, SheetColumn, StudyPage, render_study, sheet
+from ssjs_cli.report.study_page import GATE_NOTE, Section, SheetColumn, StudyPage, render_study, sheet
 from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def comparison_page(comparison: "Comparison") -> str:
                 _plot("time-split", "Where the time goes", figures.time_split(finished), "No method recorded its times."),
                 _plot(
                     "cumulative-time", "Time spent over the mission", figures.cumulative_time(finished), "No method recorded its steps.",
-                    "Sum of the step times; what a method does after the last event is not in it.",
+                    "Sum of the step times of the repeat with the median total; what a method does after the last event is not in it.",
                 ),
             ],
         ),
@@ -122,7 +122,7 @@ def comparison_page(comparison: "Comparison") -> str:
                 _plot("nees-online", "NEES of the vehicle pose, online", figures.nees(finished, "online", POSE_DOF), no_truth),
                 _plot(
                     "nis", "NIS of the scan updates", figures.nis(finished), "No scan updated a filter.",
-                    "Means over equal spans of the mission; the band is that of the degrees of freedom in a span.",
+                    f"Means over equal spans of the mission; the band is that of the degrees of freedom in a span. {GATE_NOTE}",
                 ),
             ],
         ),

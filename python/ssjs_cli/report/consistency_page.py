@@ -10,7 +10,7 @@ from ssjs_cli.report.comparison_figures import LOW_TAIL, band_traces, nis_per_do
 from ssjs_cli.report.figure_style import Figure, Trace, listed
 from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import Section, SheetColumn, StudyPage, render_study, sheet
+from ssjs_cli.report.study_page import GATE_NOTE, Section, SheetColumn, StudyPage, render_study, seeds_text, sheet
 from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:
@@ -52,18 +52,22 @@ RUN_SHEET: tuple[SheetColumn, ...] = (
     ("reason", "failed because", None, 1.0),
 )
 
+EXPECTED_JOINT = {
+    "type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 1, "y1": 1, "line": {"color": style.BAND, "width": 1.4, "dash": "dash"},
+}  # fmt: skip
+
 
 def consistency_page(study: "ConsistencyStudy") -> str:
     methods = [row["method"] for row in study.rows]
     colours = method_colours(methods, known_methods())
     count = len(study.seeds)
     runs = "run" if count == 1 else "runs"
-    joint = "Each run counts with the degrees of freedom of its bases; the band is that of their sum."
+    joint = "Dashed: expected. In the mean of the table each run counts with the degrees of freedom of its bases."
     plots = [
         _plot("nees", f"Mean NEES of the vehicle pose over {count} {runs}, final trajectory", _nees(study, colours, "nees_mean")),
         _plot("nees-online", f"Mean NEES of the vehicle pose over {count} {runs}, online", _nees(study, colours, "nees_online_mean")),
         _plot("joint", "Joint NEES of all bases per degree of freedom, run by run", _by_run(study, colours, "nees_joint_per_dof"), joint),
-        _plot("nis", "NIS of the scan updates, all runs together", _nis(study, colours)),
+        _plot("nis", "NIS of the scan updates, all runs together", _nis(study, colours), GATE_NOTE),
         _plot("rmse", "Trajectory RMSE, run by run", _by_run(study, colours, "trajectory_rmse_m")),
     ]
     failures = [(row["method"], row["reason"]) for row in study.rows if row["reason"]]
@@ -76,7 +80,7 @@ def consistency_page(study: "ConsistencyStudy") -> str:
         kind="consistency study",
         title=study.scenario.name,
         subtitle=study.scenario.description,
-        facts=[("runs a method", str(count)), ("seeds", f"{study.seeds[0]} to {study.seeds[-1]}"), *_bands(study)],
+        facts=[("runs a method", str(count)), ("seeds", seeds_text(study.seeds)), *_bands(study)],
         sheets=[sheet("methods", "Methods", METHOD_SHEET, study.rows, colours=swatches, note=note)],
         sections=[
             Section("nees-section", "NEES", plots[:2]),
@@ -140,9 +144,12 @@ def _by_run(study: "ConsistencyStudy", colours: dict[str, str], key: str) -> Fig
     if not traces:
         return None
     title = {"nees_joint_per_dof": "NEES / dof [-]", "trajectory_rmse_m": "RMSE [m]"}[key]
+    expected = [EXPECTED_JOINT] if key == "nees_joint_per_dof" else []
     return {
         "data": traces,
-        "layout": style.layout(300, xaxis=style.axis("seed", type="category"), yaxis=style.axis(title, rangemode="tozero")),
+        "layout": style.layout(
+            300, showlegend=True, shapes=expected, xaxis=style.axis("seed", type="category"), yaxis=style.axis(title, rangemode="tozero")
+        ),
     }
 
 

@@ -10,6 +10,8 @@ from ssjs_cli.report.tables import Cell, Row, number_cell, text_cell
 #: key, heading, decimals (None for text), factor
 SheetColumn = tuple[str, str, int | None, float]
 
+GATE_NOTE = "Association by gates cuts off the tail of the distribution, so that the mean of a good filter lies a few per cent below 1."
+
 
 @dataclass(frozen=True)
 class Sheet:
@@ -60,6 +62,10 @@ def sheet(
             cells.append(text_cell(row.get(key)) if decimals is None else number_cell(row.get(key), decimals, factor))
         made.append(Row(cells, colour=colours[position] if colours else "", refused=bool(row.get("reason"))))
     return Sheet(sheet_id, heading, [column[1] for column in shown], made, note, bool(colours))
+
+
+def seeds_text(seeds: Sequence[int]) -> str:
+    return str(seeds[0]) if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]}"
 
 
 def render_study(page: StudyPage) -> str:

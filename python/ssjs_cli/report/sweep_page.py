@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.figure_style import Figure, Trace
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import Section, SheetColumn, StudyPage, render_study, sheet
+from ssjs_cli.report.study_page import Section, SheetColumn, StudyPage, render_study, seeds_text, sheet
 from ssjs_cli.report.submap_colours import PALETTE
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def sweep_page(sweep: "Sweep") -> str:
         facts=[
             ("methods", ", ".join(sweep.methods)),
             ("runs a cell", str(len(sweep.seeds))),
-            ("seeds", f"{sweep.seeds[0]} to {sweep.seeds[-1]}"),
+            ("seeds", seeds_text(sweep.seeds)),
         ],
         sheets=[],
         sections=[section for section in sections.values() if section.plots],
@@ -103,7 +103,7 @@ def _curves(sweep: "Sweep", key: str, axis: str) -> Figure | None:
         "data": traces,
         "layout": style.layout(
             340,
-            xaxis=style.axis("fusion threshold [share of the smaller map]", range=[low - margin, high + margin]),
+            xaxis=style.axis("fusion threshold [share of the newer submap]", range=[low - margin, high + margin]),
             yaxis=style.axis(axis, rangemode="tozero"),
         ),
     }

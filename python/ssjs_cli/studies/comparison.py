@@ -50,7 +50,8 @@ class ComparisonRequest:
 
 @dataclass
 class Comparison:
-    """rows: one a method, every key of KEYS; records: the first record of each method that finished."""
+    """rows: one a method, every key of KEYS; records: the first record of each method that finished,
+    with the time curve of its repeat in the middle."""
 
     folder: Path
     mission: Mission
@@ -154,7 +155,7 @@ def _assembled(
         row["reason"] = reasons.get(method) or (failures[0] if failures else None)
         row["repeats"] = len(finished)
         if finished:
-            records[method] = finished[0]
+            records[method] = {**finished[0], "time": _typical(finished).get("time")}
             row.update(_measured(finished))
             lost += [f"{method}: {text}" for text in finished[0]["lost"]]
             if any(_comparable(record) != _comparable(finished[0]) for record in finished[1:]):
@@ -182,6 +183,11 @@ def _measured(finished: Sequence[Record]) -> dict[str, Any]:
         low, high = _core.mean_band(summary["nis_dof"], 1, BAND_PROBABILITY)
         summary["nis_band_low"], summary["nis_band_high"] = (round(bound / summary["nis_dof"], 6) for bound in (low, high))
     return summary
+
+
+def _typical(finished: Sequence[Record]) -> Record:
+    """The repeat in the middle by its total time."""
+    return sorted(finished, key=lambda record: float(record["summary"]["time_total_s"] or 0.0))[len(finished) // 2]
 
 
 def _comparable(record: Record) -> str:

@@ -60,7 +60,7 @@ def nees_over_time(estimate: Estimate, reference: Reference) -> dict[str, Any] |
     frame = start_frame(final, reference.truth, max_gap_s, np.zeros(3))
     start_s, end_s = float(final.time_s[0]), float(final.time_s[-1])
     interval_s = round_interval(end_s - start_s, NEES_INSTANTS)
-    instants_s = start_s + interval_s * np.arange(1, math.floor((end_s - start_s) / interval_s) + 1)
+    instants_s: FloatArray = start_s + interval_s * np.arange(1, math.floor((end_s - start_s) / interval_s) + 1, dtype=np.float64)
     rows = np.searchsorted(final.time_s, instants_s + 1e-3 * interval_s, side="right") - 1
     curves: dict[str, Any] = {"time_s": _listed(instants_s, SECONDS)}
     for name, series, covariance in (("final", final, final_covariance), ("online", online, online_covariance)):
