@@ -90,7 +90,7 @@ def errors(methods: Sequence[MethodCurves], estimate: str) -> Figure | None:
     traces = []
     for entry in methods:
         curve = (entry.record.get("error") or {}).get(estimate)
-        if not curve or len(curve["time_s"]) < 2:
+        if not curve:
             continue
         hover = f"{entry.method}: %{{y:.3f}} m at %{{x:.0f}} s<extra></extra>"
         traces.append(style.line(curve["time_s"], curve["error_m"], entry.method, entry.colour, 1.3, hovertemplate=hover))
@@ -135,10 +135,7 @@ def nis(methods: Sequence[MethodCurves]) -> Figure | None:
         return None
     reference = max(shown, key=lambda entry: sum(entry.record["nis"]["dof"]))
     time_s = reference.record["nis"]["time_s"]
-    dof = np.array(reference.record["nis"]["dof"], dtype=np.float64)
-    dof[dof <= 0.0] = np.nan
-    low, high = chdtri(dof, 1.0 - LOW_TAIL) / dof, chdtri(dof, LOW_TAIL) / dof
-    traces = band_traces(time_s, listed(low, 4), listed(high, 4))
+    traces = nis_band(reference.record["nis"])
     for entry in shown:
         values = nis_per_dof(entry.record["nis"])
         hover = f"{entry.method}: NIS / dof %{{y:.2f}} near %{{x:.0f}} s<extra></extra>"
@@ -149,6 +146,15 @@ def nis(methods: Sequence[MethodCurves]) -> Figure | None:
             330, xaxis=style.axis("mission time [s]", range=[time_s[0], time_s[-1]]), yaxis=style.axis("NIS / dof [-]", rangemode="tozero")
         ),
     }
+
+
+def nis_band(curve: Mapping[str, Any]) -> list[Trace]:
+    """The 95 % band of NIS / dof in each span, interrupted where no scan updated the filter."""
+    dof = np.array(curve["dof"], dtype=np.float64)
+    dof[dof <= 0.0] = np.nan
+    low, high = chdtri(dof, 1.0 - LOW_TAIL) / dof, chdtri(dof, LOW_TAIL) / dof
+    time_s = [None if np.isnan(value) else time for time, value in zip(curve["time_s"], dof.tolist(), strict=True)]
+    return band_traces(time_s, listed(low, 4), listed(high, 4))
 
 
 def nis_per_dof(curve: Mapping[str, Any]) -> list[float | None]:
@@ -182,7 +188,9 @@ def maps(methods: Sequence[MethodCurves]) -> MapOfMethods | None:
     notes = []
     if first.get("reference"):
         line = style.line(first["reference"]["x_m"], first["reference"]["y_m"], "reference", style.REFERENCE, 3.0, hoverinfo="skip")
-        add("reference", "Reference", style.REFERENCE, "line", [line], True)
+        dots = {**line, "mode": "markers", "marker": {"color": style.REFERENCE, "size": 3.5}}
+        sparse = first["reference"]["sparse"]
+        add("reference", "Reference", style.REFERENCE, "dot" if sparse else "line", [dots if sparse else line], True)
         notes.append(f"The reference stands as aligned to {shown[0].method}.")
     line = style.line(
         first["dead_reckoning"]["x_m"], first["dead_reckoning"]["y_m"], "dead reckoning", style.DEAD_RECKONING, 1.2,

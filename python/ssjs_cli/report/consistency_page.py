@@ -2,12 +2,9 @@
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from scipy.special import chdtri
-
 from ssjs_cli.report import figure_style as style
-from ssjs_cli.report.comparison_figures import LOW_TAIL, band_traces, nis_per_dof
-from ssjs_cli.report.figure_style import Figure, Trace, listed
+from ssjs_cli.report.comparison_figures import band_traces, nis_band, nis_per_dof
+from ssjs_cli.report.figure_style import Figure, Trace
 from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.page_parts import Plot
 from ssjs_cli.report.study_page import GATE_NOTE, Section, SheetColumn, StudyPage, render_study, seeds_text, sheet
@@ -158,10 +155,7 @@ def _nis(study: "ConsistencyStudy", colours: dict[str, str]) -> Figure | None:
     if not known:
         return None
     most = max(known.values(), key=lambda curve: sum(curve["dof"]))
-    dof = np.array(most["dof"], dtype=np.float64)
-    dof[dof <= 0.0] = np.nan
-    low, high = chdtri(dof, 1.0 - LOW_TAIL) / dof, chdtri(dof, LOW_TAIL) / dof
-    traces = band_traces(list(most["time_s"]), listed(low, 4), listed(high, 4))
+    traces = nis_band(most)
     for method, curve in known.items():
         hover = f"{method}: NIS / dof %{{y:.3f}} near %{{x:.0f}} s<extra></extra>"
         traces.append(style.line(list(curve["time_s"]), nis_per_dof(curve), method, colours[method], 1.5, hovertemplate=hover))

@@ -5,12 +5,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssjs_cli.evaluation import Evaluation, last_of_each_time, pose_nees, start_frame
 from ssjs_cli.formats.mission import Reference
-from ssjs_cli.formats.number_table import FloatArray, IntArray
+from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import Estimate
 from ssjs_cli.formats.tum import PoseSeries
+from ssjs_cli.report.figure_style import listed, with_gaps
 from ssjs_cli.report.simplification import every_nth, keep_extremes, simplify_line, span_edges
 
 TIME_SPANS = 300
@@ -22,10 +24,12 @@ MAX_TRACK_POINTS = 2500
 MAX_LANDMARKS = 4000
 #: A drawn track leaves the full one by at most this part of its extent.
 TRACK_TOLERANCE = 1.0 / 20_000.0
+#: A reference with fewer fixes than one in so many steps is drawn as dots: between them nothing is known.
+FEW_FIXES = 5
 SECONDS, METRES, NUMBER = 3, 3, 6
 
 
-def _listed(values: FloatArray | IntArray, decimals: int) -> list[float]:
+def _listed(values: NDArray[Any], decimals: int) -> list[float]:
     rounded: list[float] = (np.round(values, decimals) + 0.0).tolist()
     return rounded
 
@@ -92,7 +96,7 @@ def nis_over_time(result: Mapping[str, Any]) -> dict[str, list[float]] | None:
 
 
 def error_over_time(evaluation: Evaluation) -> dict[str, Any] | None:
-    """Position error against the reference, its rejected fixes left out, without losing a peak."""
+    """Position error against the reference, its rejected fixes left out, without losing a peak; null where the reference pauses."""
     if evaluation.errors is None:
         return None
     curves = {}
@@ -102,8 +106,10 @@ def error_over_time(evaluation: Evaluation) -> dict[str, Any] | None:
         time_s, error_m, is_outlier = (np.asarray(column, dtype=np.float64) for column in table.columns[:3])
         trusted = is_outlier == 0.0
         time_s, error_m = time_s[trusted], error_m[trusted]
-        rows = keep_extremes(time_s, error_m, ERROR_SPANS)
-        curves[name] = {"time_s": _listed(time_s[rows], SECONDS), "error_m": _listed(error_m[rows], 4)}
+        if len(time_s) < 2:
+            continue
+        drawn_time_s, drawn_error_m = with_gaps(time_s, error_m, keep_extremes(time_s, error_m, ERROR_SPANS))
+        curves[name] = {"time_s": listed(drawn_time_s, SECONDS), "error_m": listed(drawn_error_m, 4)}
     return curves
 
 
@@ -114,14 +120,20 @@ def map_of(estimate: Estimate, evaluation: Evaluation) -> dict[str, Any]:
         "dead_reckoning": _track(estimate.dead_reckoning.pose[:, :2]),
     }
     if evaluation.reference is not None:
-        tracks["reference"] = _track(np.column_stack(evaluation.reference[1:3]))
+        points = np.column_stack(evaluation.reference[1:3])
+        is_sparse = FEW_FIXES * len(points) < len(estimate.final.time_s)
+        drawn = _points(points[every_nth(len(points), MAX_TRACK_POINTS)[0]]) if is_sparse else _track(points)
+        tracks["reference"] = {**drawn, "sparse": is_sparse}
     rows, _ = every_nth(len(estimate.landmarks.position), MAX_LANDMARKS)
-    position = estimate.landmarks.position[rows]
-    tracks["landmarks"] = {"x_m": _listed(position[:, 0], METRES), "y_m": _listed(position[:, 1], METRES)}
+    tracks["landmarks"] = _points(estimate.landmarks.position[rows])
     return tracks
 
 
 def _track(points: FloatArray) -> dict[str, list[float]]:
     extent_m = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     rows = simplify_line(points, MAX_TRACK_POINTS, extent_m * TRACK_TOLERANCE).indices
-    return {"x_m": _listed(points[rows, 0], METRES), "y_m": _listed(points[rows, 1], METRES)}
+    return _points(points[rows])
+
+
+def _points(points: FloatArray) -> dict[str, list[float]]:
+    return {"x_m": _listed(points[:, 0], METRES), "y_m": _listed(points[:, 1], METRES)}

@@ -2,6 +2,7 @@
 
 import importlib
 import queue
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -10,12 +11,15 @@ from ssjs_cli.studies.executor import POLL_S, Job, Outcome, Work, attempt
 
 CONNECT_TIMEOUT_S = 10.0
 WORKER_TIMEOUT_S = 30.0
+ADDRESS = re.compile(r"(?:[a-z]+://)?(?:\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):[0-9]{1,5}")
 
 
 class DaskPool:
     """The workers behind a scheduler such as tcp://10.0.0.1:8786. They need the same ssjs as this process."""
 
     def __init__(self, address: str) -> None:
+        if not ADDRESS.fullmatch(address):
+            raise UserError(f"--scheduler {address}: is no address; give one such as tcp://10.0.0.1:8786")
         try:
             self._distributed: Any = importlib.import_module("distributed")
         except ImportError as error:

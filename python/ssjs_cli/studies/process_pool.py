@@ -94,6 +94,7 @@ class _Worker:
                 return outcome
         except (EOFError, OSError):
             pass
+        self._process.join(STOP_TIMEOUT_S)  # lets a process that is ending come to its own end, whose cause is told
         return None
 
     def cause_of_death(self) -> str:

@@ -1,6 +1,6 @@
 """Runs of one scenario under several seeds: what `consistency` and `sweep` are made of."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -59,7 +59,8 @@ class PlannedScenario:
     mission: Mission
     seeds: list[int]
 
-    def settings(self, request: StudyRequest, method: str, changes: dict[str, Scalar]) -> Settings:
+    def settings(self, request: StudyRequest, method: str, changes: Mapping[str, Scalar], source: str = "") -> Settings:
+        """changes, from `source`, are laid over all that the user said."""
         where = Path(f"scenario {self.scenario.name}")
         run = RunRequest(
             where,
@@ -70,7 +71,7 @@ class PlannedScenario:
             assignments=request.assignments,
         )
         settings, _ = resolve_settings(run, where, self.mission)
-        return settings.replaced(changes, "this study") if changes else settings
+        return settings.replaced(changes, source) if changes else settings
 
     def run(self, settings: Settings, seed: int, detail: Detail) -> PlannedRun:
         core = core_identity()

@@ -83,10 +83,13 @@ def open_study(path: Path, definition: Mapping[str, Any], *, outputs: Iterable[s
             (path / RUNS_FOLDER).mkdir(exist_ok=True)
             _remove_partial_files(path)
             write_file(path / STUDY_FILE, json.dumps(definition, indent=2, allow_nan=False) + "\n")
-            yield StudyFolder(path)
+            try:
+                yield StudyFolder(path)
+            except BaseException:
+                if created and not any((path / RUNS_FOLDER).iterdir()):  # nothing to take up again
+                    shutil.rmtree(path, ignore_errors=True)
+                raise
     except OSError as error:
-        if created and path.is_dir() and not (path / STUDY_FILE).exists():
-            shutil.rmtree(path, ignore_errors=True)
         raise UserError(describe_os_error(error, None if error.filename else str(path))) from error
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ssjs_cli.config import field_descriptions, parse_value
+from ssjs_cli.config import field_descriptions
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.run_directory import TIME_KEYS
 from ssjs_cli.progress import working
@@ -65,13 +65,19 @@ class Sweep:
 
 def listed_values(flag: str, key: str, text: str) -> list[Any]:
     """ "10,15,20" as values of a setting, each once, ascending."""
-    described = field_descriptions()[key]
-    values = [parse_value(described, part.strip(), flag) for part in text.split(",") if part.strip()]
+    number, wanted = (int, "whole number") if field_descriptions()[key].type in ("int", "optional_int") else (float, "number")
+    values = []
+    for part in (part.strip() for part in text.split(",") if part.strip()):
+        try:
+            value = number(part)
+        except ValueError:
+            raise UserError(f"{flag}: '{part}' is no {wanted}; give values of {key} with commas between them") from None
+        if value in values:
+            raise UserError(f"{flag}: names {part} twice; name each value once")
+        values.append(value)
     if not values:
-        raise UserError(f"{flag}: names no value; give some with commas between them")
-    if len(set(values)) < len(values):
-        raise UserError(f"{flag} {text}: names a value twice; name each once")
-    return sorted(values, key=lambda value: float(value or 0.0))
+        raise UserError(f"{flag}: names no value; give values of {key} with commas between them")
+    return sorted(values)
 
 
 def sweep(request: StudyRequest, sizes: Sequence[int], thresholds: Sequence[float], session: Session) -> Sweep:
@@ -81,7 +87,7 @@ def sweep(request: StudyRequest, sizes: Sequence[int], thresholds: Sequence[floa
     planned = {}
     for place in places:
         method, size, threshold = place
-        settings = plan.settings(request, method, {SIZE_KEY: size, THRESHOLD_KEY: threshold})
+        settings = plan.settings(request, method, {SIZE_KEY: size, THRESHOLD_KEY: threshold}, "--submap-size, --fusion-threshold")
         planned[place] = [plan.run(settings, seed, "numbers") for seed in plan.seeds]
     out = request.folder(plan.scenario, "sweep")
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
