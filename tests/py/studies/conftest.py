@@ -19,7 +19,7 @@ step_s = 0.1
 speed_sigma_m_s = 0.1
 steering_sigma_rad = 0.03
 [sensor]
-max_range_m = 8.0
+max_range_m = 4.5
 range_sigma_m = 0.05
 bearing_sigma_rad = 0.01
 scan_period_s = 0.5

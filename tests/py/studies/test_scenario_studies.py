@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from ssjs_cli import _core
+from ssjs_cli.app import call
 
 TABLES = ("consistency.json", "consistency.csv", "consistency_over_time.csv", "consistency_runs.csv", "report.html")
 DEADLINE_S = 120.0
@@ -116,53 +117,54 @@ class Call:
         return self.process.returncode, errors
 
 
-@pytest.fixture
-def undisturbed(cli: Callable[..., Any], tmp_path: Path) -> dict[str, bytes]:
-    assert cli("consistency", "grid-survey-stress", "--runs", 6, "--jobs", 2, "--out", tmp_path / "calm").code == 0
-    return tables(tmp_path / "calm")
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    out = tmp_path_factory.mktemp("undisturbed") / "calm"
+    assert call(["consistency", "grid-survey-stress", "--runs", "6", "--jobs", "2", "--out", str(out)]) == 0
+    return tables(out)
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs /proc")
 def test_a_killed_worker_loses_no_run(tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
-    call = Call(tmp_path / "killed")
-    call.start()
-    workers = call.workers()
+    study_call = Call(tmp_path / "killed")
+    study_call.start()
+    workers = study_call.workers()
     assert len(workers) == 2
     os.kill(workers[0], signal.SIGKILL)
-    code, errors = call.end()
+    code, errors = study_call.end()
     assert code == 0, errors
-    assert tables(call.out) == undisturbed
+    assert tables(study_call.out) == undisturbed
 
 
 def test_an_interrupted_study_goes_on_with_the_same_command(cli: Callable[..., Any], tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
-    call = Call(tmp_path / "left")
-    call.start()
-    call.process.send_signal(signal.SIGINT)
-    code, errors = call.end()
+    study_call = Call(tmp_path / "left")
+    study_call.start()
+    study_call.process.send_signal(signal.SIGINT)
+    code, errors = study_call.end()
     assert code == 130
-    assert f"of 6 runs; the same command continues with {call.out}" in errors
-    assert not (call.out / "consistency.json").exists()
-    kept = {path: path.stat().st_mtime_ns for path in (call.out / "runs").glob("*.json")}
+    assert f"of 6 runs; the same command continues with {study_call.out}" in errors
+    assert not (study_call.out / "consistency.json").exists()
+    kept = {path: path.stat().st_mtime_ns for path in (study_call.out / "runs").glob("*.json")}
     assert 1 <= len(kept) < 6
-    answer = cli("consistency", "grid-survey-stress", "--runs", 6, "--jobs", 2, "--out", call.out)
+    answer = cli("consistency", "grid-survey-stress", "--runs", 6, "--jobs", 2, "--out", study_call.out)
     assert answer.code == 0
     assert f"{len(kept)} of 6 runs are finished already" in answer.err
-    assert tables(call.out) == undisturbed
+    assert tables(study_call.out) == undisturbed
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
 
 
 def test_a_killed_study_goes_on_and_leaves_no_worker(cli: Callable[..., Any], tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
-    call = Call(tmp_path / "dead")
-    call.start()
-    workers = call.workers()
-    call.process.kill()
-    call.process.wait()
+    study_call = Call(tmp_path / "dead")
+    study_call.start()
+    workers = study_call.workers()
+    study_call.process.kill()
+    study_call.process.wait()
     deadline_s = time.monotonic() + DEADLINE_S
     while any(Path(f"/proc/{worker}/cmdline").exists() and Path(f"/proc/{worker}/cmdline").read_bytes() for worker in workers):
         assert time.monotonic() < deadline_s
         time.sleep(0.05)
-    assert cli("consistency", "grid-survey-stress", "--runs", 6, "--jobs", 2, "--out", call.out).code == 0
-    assert tables(call.out) == undisturbed
+    assert cli("consistency", "grid-survey-stress", "--runs", 6, "--jobs", 2, "--out", study_call.out).code == 0
+    assert tables(study_call.out) == undisturbed
 
 
 def without_times(cells: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -170,19 +172,19 @@ def without_times(cells: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def test_a_sweep_covers_every_pair_of_values(cli: Callable[..., Any], small_scenario: Path, tmp_path: Path) -> None:
-    command = ["sweep", small_scenario, "--submap-size", "12,6", "--fusion-threshold", "0.3,0.9", "--runs", 2, "--json"]
+    command = ["sweep", small_scenario, "--submap-size", "14,8", "--fusion-threshold", "0.3,0.9", "--runs", 2, "--json"]
     answer = cli(*command, "--out", tmp_path / "a", "--jobs", 1)
     assert answer.code == 0, answer.err
     document = json.loads(answer.out)
     assert document == json.loads((tmp_path / "a" / "sweep.json").read_text())
     places = [(cell["submap_size"], cell["fusion_threshold"]) for cell in document["cells"]]
-    assert places == [(6, 0.3), (6, 0.9), (12, 0.3), (12, 0.9)]
+    assert places == [(8, 0.3), (8, 0.9), (14, 0.3), (14, 0.9)]
     by_place = dict(zip(places, document["cells"], strict=True))
     assert all(cell["runs"] == 2 and cell["time_total_s"] > 0.0 for cell in document["cells"])
-    assert by_place[6, 0.3]["submaps"] > by_place[12, 0.3]["submaps"]
+    assert by_place[8, 0.3]["submaps"] > by_place[14, 0.3]["submaps"]
     # what is fused less leaves more maps
-    assert by_place[6, 0.3]["fusions"] > by_place[6, 0.9]["fusions"]
-    assert by_place[6, 0.3]["live_maps"] < by_place[6, 0.9]["live_maps"]
+    assert by_place[8, 0.3]["fusions"] > by_place[8, 0.9]["fusions"]
+    assert by_place[8, 0.3]["live_maps"] < by_place[8, 0.9]["live_maps"]
     with (tmp_path / "a" / "sweep.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["map_error_mean_m"]) for row in rows] == [cell["map_error_mean_m"] for cell in document["cells"]]
@@ -191,10 +193,10 @@ def test_a_sweep_covers_every_pair_of_values(cli: Callable[..., Any], small_scen
 
 
 def test_a_cell_of_a_sweep_is_the_run_of_the_same_settings(cli: Callable[..., Any], small_scenario: Path, tmp_path: Path) -> None:
-    command = ["sweep", small_scenario, "--submap-size", 6, "--fusion-threshold", 0.5, "--json", "--out", tmp_path / "s"]
+    command = ["sweep", small_scenario, "--submap-size", 8, "--fusion-threshold", 0.5, "--json", "--out", tmp_path / "s"]
     (cell,) = json.loads(cli(*command).out)["cells"]
     assert cli("simulate", small_scenario, "--out", tmp_path / "m").code == 0
-    settings = ["--set", "submap.max_landmarks=6", "--set", "joining.fusion_threshold=0.5"]
+    settings = ["--set", "submap.max_landmarks=8", "--set", "joining.fusion_threshold=0.5"]
     summary = json.loads(cli("run", tmp_path / "m", "--out", tmp_path / "r", "--no-report", "--json", *settings).out)
     for key in ("fusions", "loop_candidates", "submaps", "map_error_mean_m", "trajectory_rmse_m"):
         assert cell[key] == summary[key], key
