@@ -14,7 +14,8 @@ CONTRACT = [
     *MEASURED_KEYS, *TIME_KEYS, *STEP_TIME_KEYS, "peak_rss_mb",
     "trajectory_rmse_m", "trajectory_mean_m", "trajectory_std_m", "trajectory_max_m", "final_drift_percent", "dead_reckoning_rmse_m",
     "dead_reckoning_final_drift_percent", "reference_outliers", "map_error_mean_m", "map_error_std_m", "map_error_max_m",
-    "landmarks_missed", "landmarks_false", "nees_mean", "nees_inside_fraction", "nees_joint_per_dof", "nees_base_mean", "nees_map_mean", "nis_mean",
+    "landmarks_missed", "landmarks_false", "nees_mean", "nees_inside_fraction", "nees_joint_per_dof", "nees_base_mean",
+    "nees_map_mean", "nis_mean",
     "nis_inside_fraction", "half_chi2_initial", "half_chi2_final", "alignment",
 ]  # fmt: skip
 MEASURED_TIMES = {*TIME_KEYS, *STEP_TIME_KEYS, "peak_rss_mb"}
