@@ -44,14 +44,19 @@ class DaskPool:
                     future = ended.get(timeout=POLL_S)
                 except queue.Empty:
                     if client.status not in ("running", "connecting"):
-                        raise UserError(f"--scheduler {self._address}: the connection is lost; the same command continues") from None
+                        raise self._gone() from None
                     yield None
                     continue
+                if future.status in ("cancelled", "lost"):
+                    raise self._gone()
                 waiting -= 1
                 del held[future.key]
                 yield _outcome_of(future, futures[future.key])
         finally:
             client.close(timeout=CONNECT_TIMEOUT_S)
+
+    def _gone(self) -> UserError:
+        return UserError(f"--scheduler {self._address}: the scheduler is gone or has dropped the work; the same command continues")
 
     def _connected(self) -> Any:
         try:
@@ -71,8 +76,6 @@ def _outcome_of(future: Any, key: str) -> Outcome:
     if future.status == "finished":
         outcome: Outcome = future.result()
         return outcome
-    if future.status == "cancelled":
-        return Outcome(key, reason="cancelled at the scheduler")
     error = future.exception()
     first_line = (str(error).splitlines() or [""])[0]
     return Outcome(key, reason=f"{type(error).__name__}: {first_line}")

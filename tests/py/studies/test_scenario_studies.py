@@ -15,6 +15,7 @@ import pytest
 
 from ssjs_cli import _core
 from ssjs_cli.app import call
+from ssjs_cli.studies import dask_pool
 
 TABLES = ("consistency.json", "consistency.csv", "consistency_over_time.csv", "consistency_runs.csv", "report.html")
 DEADLINE_S = 120.0
@@ -87,11 +88,10 @@ def test_another_seed_is_another_study(cli: Callable[..., Any], small_scenario: 
 class Call:
     """The command as a process of its own, so that it and its workers can be stopped from outside."""
 
-    def __init__(self, out: Path) -> None:
+    def __init__(self, out: Path, *workers: str) -> None:
         self.out = out
-        self.command = [
-            sys.executable, "-m", "ssjs_cli", "consistency", "grid-survey-stress", "--runs", "6", "--jobs", "2", "--out", str(out),
-        ]  # fmt: skip
+        study = ["consistency", "grid-survey-stress", "--runs", "6", *(workers or ("--jobs", "2")), "--out", str(out)]
+        self.command = [sys.executable, "-m", "ssjs_cli", *study]
         self.process: subprocess.Popen[str] | None = None
 
     def start(self) -> None:
@@ -134,6 +134,37 @@ def test_a_killed_worker_loses_no_run(tmp_path: Path, undisturbed: dict[str, byt
     code, errors = study_call.end()
     assert code == 0, errors
     assert tables(study_call.out) == undisturbed
+
+
+def test_a_killed_worker_of_a_cluster_loses_no_run(tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        study_call = Call(tmp_path / "killed", "--scheduler", cluster.scheduler_address)
+        study_call.start()
+        os.kill(cluster.workers[0].pid, signal.SIGKILL)
+        code, errors = study_call.end()
+    assert code == 0, errors
+    assert tables(study_call.out) == undisturbed
+
+
+def test_a_scheduler_that_is_not_there(
+    cli: Callable[..., Any], small_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(dask_pool, "CONNECT_TIMEOUT_S", 0.5)
+    command = ["consistency", small_scenario, "--runs", 1, "--out", tmp_path / "out", "--scheduler"]
+    for address, message in (("tcp://127.0.0.1:9", "no Dask scheduler answers"), ("rubbish", "is no address; give one such as tcp://")):
+        answer = cli(*command, address)
+        assert answer.code == 2
+        assert f"--scheduler {address}: {message}" in answer.err
+        assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_extra_is_named(cli: Callable[..., Any], small_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    answer = cli("consistency", small_scenario, "--runs", 1, "--out", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:8786")
+    assert answer.code == 2
+    assert "--scheduler needs the extra 'dask': pip install 'ssjs[dask]'" in answer.err
 
 
 def test_an_interrupted_study_goes_on_with_the_same_command(cli: Callable[..., Any], tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
