@@ -131,7 +131,7 @@ def _planned(settings: Settings, seed: int, repeat: int, directory: Path, missio
         "repeat": repeat,
         "settings": values,
     }
-    return PlannedRun(identity, RunTask(str(directory.resolve()), values, seed, str(core["version"]), "all"))
+    return PlannedRun(identity, RunTask(str(directory.resolve()), values, seed, core["version"], "all"))
 
 
 def _assembled(

@@ -1,6 +1,7 @@
 """Workers of a Dask cluster. Dask itself runs a job again when the worker that had it in hand dies."""
 
 import importlib
+import logging
 import queue
 import re
 from collections.abc import Iterator, Sequence
@@ -25,6 +26,8 @@ class DaskPool:
         except ImportError as error:
             raise UserError("--scheduler needs the extra 'dask': pip install 'ssjs[dask]', here and at the workers") from error
         self._address = address
+        # what it logs of a lost connection is said once, in our words
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
 
     def outcomes(self, work: Work, jobs: Sequence[Job]) -> Iterator[Outcome | None]:
         if not jobs:

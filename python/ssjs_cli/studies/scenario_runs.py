@@ -77,7 +77,7 @@ class PlannedScenario:
         core = core_identity()
         values = dict(settings.values)
         identity = {"detail": detail, **core, "scenario": self.scenario.identity, "seed": seed, "settings": values}
-        return PlannedRun(identity, RunTask(replace(self.scenario, seed=seed), values, seed, str(core["version"]), detail))
+        return PlannedRun(identity, RunTask(replace(self.scenario, seed=seed), values, seed, core["version"], detail))
 
 
 def plan_scenario(request: StudyRequest) -> PlannedScenario:

@@ -1,9 +1,12 @@
 """One run of a study, as a worker carries it out: a mission from disk or simulated on the spot, estimated, judged, and put in a record."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Literal
 
 from ssjs_cli import _core
 from ssjs_cli.config import Scalar, Settings
@@ -61,9 +64,8 @@ def _mission_of(task: RunTask) -> tuple[Mission, Path]:
     return read_mission(Path(task.source)), Path(task.source)
 
 
-def core_identity() -> dict[str, Any]:
+@cache
+def core_identity() -> Mapping[str, str]:
     """What of the program determines a result: its version, and the compiled estimator itself, which may be rebuilt under one version."""
-    import hashlib
-
     library = Path(str(_core.__file__))
-    return {"version": _core.version(), "core": hashlib.sha256(library.read_bytes()).hexdigest()[:16]}
+    return MappingProxyType({"version": _core.version(), "core": hashlib.sha256(library.read_bytes()).hexdigest()[:16]})
