@@ -23,7 +23,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def request_of(
-    *, methods: str, config_path: str | None, out: str | None, workers: int | None, scheduler: str | None, **rest: Any
+    *, methods: str | None, config_path: str | None, out: str | None, workers: int | None, scheduler: str | None, **rest: Any
 ) -> "StudyRequest":
     from ssjs_cli.errors import UserError
     from ssjs_cli.studies.methods import chosen_methods

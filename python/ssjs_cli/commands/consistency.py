@@ -12,7 +12,7 @@ from ssjs_cli.study_options import request_of, study_options
 @click.command()
 @click.argument("scenario")
 @click.option("--runs", type=click.IntRange(1), required=True, help="How many seeds, from --seed on.")
-@click.option("--methods", default="ssjs", metavar="all|M,M,...", show_default=True, help="Which methods.")
+@click.option("--methods", default=None, metavar="all|M,M,...", help="Which methods (default: that of `run`).")
 @study_options
 @common_options(out_help="Folder of the study (default runs/<scenario>-consistency).")
 @click.pass_obj

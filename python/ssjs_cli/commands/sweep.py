@@ -14,7 +14,7 @@ from ssjs_cli.study_options import request_of, study_options
 @click.option("--submap-size", "sizes", required=True, metavar="N,N,...", help="Values of submap.max_landmarks.")
 @click.option("--fusion-threshold", "thresholds", required=True, metavar="F,F,...", help="Values of joining.fusion_threshold.")
 @click.option("--runs", type=click.IntRange(1), default=1, show_default=True, help="Seeds for every pair of values, from --seed on.")
-@click.option("--methods", default="ssjs", metavar="all|M,M,...", show_default=True, help="Which methods.")
+@click.option("--methods", default=None, metavar="all|M,M,...", help="Which methods (default: that of `run`).")
 @study_options
 @common_options(out_help="Folder of the study (default runs/<scenario>-sweep).")
 @click.pass_obj

@@ -10,9 +10,11 @@ def known_methods() -> tuple[str, ...]:
     return field_descriptions()[METHOD_KEY].choices
 
 
-def chosen_methods(text: str) -> list[str]:
-    """ "all", or names with commas between them, in the order given."""
+def chosen_methods(text: str | None) -> list[str]:
+    """ "all", or names with commas between them, in the order given; None means the estimator's default."""
     known = known_methods()
+    if text is None:
+        return [str(field_descriptions()[METHOD_KEY].default)]
     names = [name.strip() for name in text.split(",") if name.strip()]
     if names == [ALL]:
         return list(known)

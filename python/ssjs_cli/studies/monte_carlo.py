@@ -115,7 +115,7 @@ def study_consistency(request: StudyRequest, session: Session) -> ConsistencyStu
     executor = request.executor()
     plan = plan_scenario(request)
     settings, refused = {}, {}
-    plan.settings(request, request.methods[0], {})
+    plan.settings(request, None, {})  # a fault of the command is that of every method
     for method in request.methods:
         try:
             settings[method] = plan.settings(request, method, {})

@@ -59,8 +59,8 @@ class PlannedScenario:
     mission: Mission
     seeds: list[int]
 
-    def settings(self, request: StudyRequest, method: str, changes: Mapping[str, Scalar], source: str = "") -> Settings:
-        """changes, from `source`, are laid over all that the user said."""
+    def settings(self, request: StudyRequest, method: str | None, changes: Mapping[str, Scalar], source: str = "") -> Settings:
+        """changes, from `source`, are laid over all that the user said. method None: the one that the settings name."""
         where = Path(f"scenario {self.scenario.name}")
         run = RunRequest(
             where,

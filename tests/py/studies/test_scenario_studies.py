@@ -136,6 +136,7 @@ def test_a_killed_worker_loses_no_run(tmp_path: Path, undisturbed: dict[str, byt
     assert tables(study_call.out) == undisturbed
 
 
+@pytest.mark.long
 def test_a_killed_worker_of_a_cluster_loses_no_run(tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
@@ -184,6 +185,7 @@ def test_an_interrupted_study_goes_on_with_the_same_command(cli: Callable[..., A
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
 
 
+@pytest.mark.long
 def test_a_killed_study_goes_on_and_leaves_no_worker(cli: Callable[..., Any], tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
     study_call = Call(tmp_path / "dead")
     study_call.start()
