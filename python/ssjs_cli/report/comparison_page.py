@@ -156,6 +156,9 @@ def _facts(comparison: "Comparison") -> list[tuple[str, str]]:
     facts = [("methods", count_text(len(comparison.rows))), ("seed", str(comparison.seed))]
     odometry = comparison.mission.odometry.time_s
     facts.append(("mission time", seconds_text(float(odometry[-1] - odometry[0]))))
+    origins_s = {record["time_origin_s"] for record in comparison.records.values()} - {0.0}
+    if origins_s:
+        facts.append(("times count from", f"{min(origins_s):.3f} s"))
     if finished:
         facts += [("steps", count_text(finished[0]["steps"])), ("observations", count_text(finished[0]["observations"]))]
         associations = dict.fromkeys(str(row["association"]) for row in finished)

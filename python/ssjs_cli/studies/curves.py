@@ -13,6 +13,7 @@ from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import Estimate
 from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.report.figure_style import listed, with_gaps
+from ssjs_cli.report.result_files import CLOCK_TIME_S
 from ssjs_cli.report.simplification import every_nth, keep_extremes, simplify_line, span_edges
 
 TIME_SPANS = 300
@@ -32,6 +33,25 @@ SECONDS, METRES, NUMBER = 3, 3, 6
 def _listed(values: NDArray[Any], decimals: int) -> list[float]:
     rounded: list[float] = (np.round(values, decimals) + 0.0).tolist()
     return rounded
+
+
+def time_origin_s(result: Mapping[str, Any]) -> float:
+    """What is taken off every time of the curves: the start of the mission where its clock is that of a calendar, as in the report of a
+    run, else 0."""
+    start_s = float(result["time_s"][0])
+    return start_s if abs(start_s) >= CLOCK_TIME_S else 0.0
+
+
+def counted_from(origin_s: float, curve: Any) -> Any:
+    """The curve, or the curves by name, with every time counted from origin_s."""
+    if not isinstance(curve, dict):
+        return curve
+    return {
+        key: [None if time is None else round(time - origin_s, SECONDS) for time in value]
+        if key == "time_s"
+        else counted_from(origin_s, value)
+        for key, value in curve.items()
+    }
 
 
 def round_interval(duration_s: float, least_parts: int) -> float:

@@ -49,12 +49,13 @@ def perform(task: RunTask) -> Record:
     record["summary"]["live_maps"] = len(result["live_maps"])
     if task.detail == "numbers":
         return record
-    record["nees"] = curves.nees_over_time(estimate, mission.reference)
-    record["nis"] = curves.nis_over_time(result)
+    over_time = {"nees": curves.nees_over_time(estimate, mission.reference), "nis": curves.nis_over_time(result)}
     if task.detail == "all":
-        record["time"] = curves.cumulative_time(result)
-        record["error"] = curves.error_over_time(evaluation)
+        over_time["time"] = curves.cumulative_time(result)
+        over_time["error"] = curves.error_over_time(evaluation)
         record["map"] = curves.map_of(estimate, evaluation)
+    record["time_origin_s"] = curves.time_origin_s(result)
+    record.update(curves.counted_from(record["time_origin_s"], over_time))
     return record
 
 

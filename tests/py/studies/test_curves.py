@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ssjs_cli.studies.curves import cumulative_time, nis_over_time, round_interval
+from ssjs_cli.studies.curves import counted_from, cumulative_time, nis_over_time, round_interval, time_origin_s
 
 
 @given(st.floats(1e-3, 1e7), st.integers(1, 1000))
@@ -41,3 +41,11 @@ def test_nis_is_summed_by_spans_and_empty_spans_stay() -> None:
     assert (curve["nis"][:3], curve["dof"][:3]) == ([1.0, 5.0, 0.0], [2.0, 6.0, 0.0])
     assert (curve["nis"][-1], curve["dof"][-1]) == (9.0, 6.0)
     assert nis_over_time({"time_s": [0.0, 80.0], "updates": {"time_s": [], "nis": [], "dof": []}}) is None
+
+
+def test_times_of_a_calendar_clock_count_from_the_start() -> None:
+    assert time_origin_s({"time_s": [12.5, 13.0]}) == 0.0
+    assert time_origin_s({"time_s": [1248446200.25, 1248446300.0]}) == 1248446200.25
+    curves = {"error": {"final": {"time_s": [1248446200.25, None, 1248446201.0], "error_m": [1.0, None, 2.0]}}, "nees": None}
+    expected = {"error": {"final": {"time_s": [0.0, None, 0.75], "error_m": [1.0, None, 2.0]}}, "nees": None}
+    assert counted_from(1248446200.25, curves) == expected
