@@ -71,6 +71,7 @@ class Ekf {
   [[nodiscard]] Eigen::Index landmarks() const { return landmarks_; }
   [[nodiscard]] const Se2& vehicle_pose() const { return vehicle_; }
   [[nodiscard]] Eigen::Matrix3d vehicle_covariance() const;
+  [[nodiscard]] Se2 frozen_pose() const { return Se2::from_vector(mean_(StateLayout::frozen_pose())); }
   [[nodiscard]] GaussianSe2 frozen_T_vehicle();  ///< the vehicle seen from the frozen pose
   [[nodiscard]] Eigen::Vector2d landmark_position(Eigen::Index landmark) const { return mean_(layout_.landmark(landmark)); }
   [[nodiscard]] Eigen::Matrix2d landmark_covariance(Eigen::Index landmark) const;

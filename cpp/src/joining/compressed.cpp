@@ -1,0 +1,125 @@
+#include "ssjs/joining/compressed.hpp"
+
+#include <algorithm>
+
+namespace ssjs {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+CompressedEkfMapper::CompressedEkfMapper(const CompressedEkfConfig& config, double max_range_m, const SubmapBuilderConfig& submap,
+                                         const ScanAssociationConfig& association, std::uint64_t seed)
+    : FilterMapper(submap, association, seed),
+      config_(config),
+      max_range_m_(max_range_m),
+      identities_known_(association.method == AssociationMethod::kKnown) {
+  whole_.enter({}, map_.filter(), compression_);
+  map_.filter().watch(&compression_);
+}
+
+std::vector<Eigen::Index> CompressedEkfMapper::passive_of(const Features& scan) const {
+  std::vector<Eigen::Index> slots;
+  for (const Feature& feature : scan) {
+    if (!feature.landmark_id) continue;
+    const auto passive = passive_identities_.find(*feature.landmark_id);
+    if (passive != passive_identities_.end()) slots.push_back(passive->second);
+  }
+  return slots;
+}
+
+double CompressedEkfMapper::needed_m(const Features& scan) const {
+  return identities_known_ ? 0.0 : ScanReach(scan, map_.filter()).radius_m(passive_variance_);
+}
+
+MapperReport CompressedEkfMapper::observe(double time_s, const Features& scan) {
+  touch(time_s);
+  for (const Feature& feature : scan) farthest_m_ = std::max(farthest_m_, feature.range());
+  const double sight_m = config_.sight_m.value_or(std::min(farthest_m_, max_range_m_));
+  const double region_m = config_.region_m.value_or(sight_m);
+  const std::vector<Eigen::Index> wanted = identities_known_ ? passive_of(scan) : std::vector<Eigen::Index>{};
+  const double driven_m = (base_T_vehicle().translation() - centre_).norm();
+  const double needed_m = this->needed_m(scan);
+  if (!wanted.empty() || driven_m > region_m || (is_active_.size() > 0 && driven_m + needed_m > radius_m_)) {
+    change_region(region_m + std::max(sight_m, needed_m), wanted);
+  }
+  return {map_.observe(scan), {}, 0.0};
+}
+
+std::vector<Eigen::Index> CompressedEkfMapper::active_slots() const {
+  std::vector<Eigen::Index> slots;
+  for (Eigen::Index i = 0; i < map_.size(); ++i) slots.push_back(map_.tracked(i).label);
+  return slots;
+}
+
+void CompressedEkfMapper::settle() {
+  std::vector<Eigen::Index> slots = active_slots();
+  whole_.update_from(map_.filter().state(), compression_, slots);
+  books_.resize(at(whole_.slots()));
+  for (Eigen::Index i = 0; i < map_.size(); ++i) {
+    map_.set_label(i, static_cast<int>(slots[at(i)]));
+    books_[at(slots[at(i)])] = map_.tracked(i);
+  }
+}
+
+void CompressedEkfMapper::change_region(double radius_m, const std::vector<Eigen::Index>& wanted) {
+  settle();
+  ++region_changes_;
+  centre_ = base_T_vehicle().translation();
+  radius_m_ = radius_m;
+  is_active_.assign(at(whole_.slots()), false);
+  for (const Eigen::Index slot : wanted) is_active_[at(slot)] = true;
+  std::vector<Eigen::Index> slots;
+  std::vector<TrackedLandmark> tracked;
+  passive_identities_.clear();
+  passive_variance_ = 0.0;
+  for (Eigen::Index slot = 0; slot < whole_.slots(); ++slot) {
+    if (whole_.is_free(slot)) continue;
+    if ((whole_.landmark_position(slot) - centre_).norm() <= radius_m) is_active_[at(slot)] = true;
+    if (is_active_[at(slot)]) {
+      slots.push_back(slot);
+      tracked.push_back(books_[at(slot)]);
+    } else {
+      passive_variance_ = std::max(passive_variance_, whole_.landmark_covariance(slot).trace());
+      const auto& identity = books_[at(slot)].landmark.source_id;
+      if (identity) passive_identities_.emplace(*identity, slot);
+    }
+  }
+  whole_.enter(slots, map_.filter(), compression_);
+  map_.restore_books(tracked);
+}
+
+MapState CompressedEkfMapper::whole(std::vector<MapLandmark>& landmarks) const {
+  CompressedMap settled = whole_;
+  Ekf filter = map_.filter();
+  std::vector<Eigen::Index> active = active_slots();
+  settled.update_from(filter.state(), compression_, active);
+  std::vector<TrackedLandmark> books = books_;
+  books.resize(at(settled.slots()));
+  for (Eigen::Index i = 0; i < map_.size(); ++i) books[at(active[at(i)])] = map_.tracked(i);
+  std::vector<Eigen::Index> slots;
+  landmarks.clear();
+  for (Eigen::Index slot = 0; slot < settled.slots(); ++slot) {
+    if (settled.is_free(slot)) continue;
+    slots.push_back(slot);
+    landmarks.push_back(books[at(slot)].landmark);
+  }
+  return settled.state(slots);
+}
+
+JoinReport CompressedEkfMapper::finish() {
+  std::vector<MapLandmark> landmarks;
+  map_.drop_tentative();
+  const MapState state = whole(landmarks);
+  finish_single(state, landmarks);
+  return {};
+}
+
+WorldEstimate CompressedEkfMapper::world(BaseCovariance covariance) const {
+  std::vector<MapLandmark> landmarks;
+  const MapState state = whole(landmarks);
+  return single_map_estimate(state, landmarks, covariance);
+}
+
+}  // namespace ssjs
