@@ -100,7 +100,7 @@ ConditionalChain::Traveller ConditionalChain::take_out(ClosedMap& map, std::size
   append_rows(rest, 0, row);
   append_rows(rest, row + 2, map.own_mean.size() - row - 2);
   const Traveller traveller{map.own_mean.segment<2>(row), map.K.middleRows<2>(row), map.C.block<2, 2>(row, row)};
-  const Eigen::MatrixXd with_own = map.C.middleRows<2>(row)(Eigen::all, rest);
+  const PairRows with_own = map.C.middleRows<2>(row)(Eigen::all, rest);
   map.own.erase(map.own.begin() + static_cast<std::ptrdiff_t>(own));
   map.own_mean = map.own_mean(rest).eval();
   map.K = map.K(rest, Eigen::all).eval();
@@ -109,14 +109,13 @@ ConditionalChain::Traveller ConditionalChain::take_out(ClosedMap& map, std::size
   return traveller;
 }
 
-void ConditionalChain::share(ClosedMap& map, const Traveller& traveller, const Eigen::Ref<const Eigen::MatrixXd>& with_own, int label) {
+void ConditionalChain::share(ClosedMap& map, const Traveller& traveller, const PairRows& with_own, int label) {
   const Eigen::Index n = map.shared_mean.size();
-  const Eigen::MatrixXd G = with_own.transpose() * traveller.variance.inverse();  // (I-4)
-  map.K.noalias() -= G * traveller.k;
+  const Eigen::Matrix<double, Eigen::Dynamic, 2> G = with_own.transpose() * traveller.variance.inverse();  // (I-4)
+  map.K -= G.lazyProduct(traveller.k);
   map.K.conservativeResize(map.K.rows(), n + 2);
   map.K.rightCols<2>() = G;
-  map.C.noalias() -= G * with_own;
-  map.C = (0.5 * (map.C + map.C.transpose())).eval();
+  map.C -= G.lazyProduct(with_own);
   map.shared_mean.conservativeResize(n + 2);
   map.shared_mean.tail<2>() = traveller.mean;
   map.shared.push_back(label);
@@ -125,8 +124,8 @@ void ConditionalChain::share(ClosedMap& map, const Traveller& traveller, const E
 void ConditionalChain::pass_through(ClosedMap& map, const ClosedMap& before, Traveller& traveller, int label) {
   note_rows(map);
   const Eigen::Index own = map.own_mean.size();
-  Eigen::MatrixXd k_own = Eigen::MatrixXd::Zero(2, own);
-  Eigen::Matrix<double, 2, Eigen::Dynamic> k = Eigen::MatrixXd::Zero(2, map.shared_mean.size());
+  PairRows k_own = PairRows::Zero(2, own);
+  PairRows k = PairRows::Zero(2, map.shared_mean.size());
   Eigen::VectorXd reference(traveller.k.cols());  // of the variables that `before` shares, as this map knows them
   k_own.leftCols<kPose>() = traveller.k.leftCols<kPose>();
   reference.head<kPose>() = map.own_mean.head<kPose>();
@@ -142,9 +141,9 @@ void ConditionalChain::pass_through(ClosedMap& map, const ClosedMap& before, Tra
   }
   const Eigen::VectorXd before_mean = before.shared_mean.head(traveller.k.cols());
   traveller.mean += traveller.k * shared_difference(reference, before_mean);  // (I-5)
-  const Eigen::MatrixXd with_own = k_own * map.C;
+  const PairRows with_own = k_own.lazyProduct(map.C);
   traveller.variance += with_own * k_own.transpose();
-  k.noalias() += k_own * map.K;
+  k += k_own.lazyProduct(map.K);
   traveller.k = std::move(k);
   share(map, traveller, with_own, label);
 }
@@ -165,7 +164,7 @@ void ConditionalChain::recall(int label, LandmarkMap& present) {
     const int other = present.tracked(i).label;
     if (other >= 0 && other < static_cast<int>(row_of_.size())) row_of_[static_cast<std::size_t>(other)] = i;
   }
-  Eigen::Matrix<double, 2, Eigen::Dynamic> J = Eigen::MatrixXd::Zero(2, layout.size(present.size()));
+  PairRows J = PairRows::Zero(2, layout.size(present.size()));
   Eigen::VectorXd now(traveller.k.cols());
   J.middleCols<kPose>(kPose) = traveller.k.leftCols<kPose>();
   now.head<kPose>() = filter.frozen_pose().vector();

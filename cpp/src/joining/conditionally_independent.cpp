@@ -33,14 +33,18 @@ MapperReport ConditionallyIndependentMapper::observe(double time_s, const Featur
   touch(time_s);
   MapperReport report;
   if (!map_.takes_scan()) return report;
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  const auto begin = Clock::now();
   recall_seen(scan);
+  report.join_time_s = seconds_since(begin);
   const ScanAssociation& association = map_.associate(scan, report.scan);
   const auto reason = reason_to_close(situation(association), split_);
   map_.update(scan, association.hypothesis.pairs, association.selected, report.scan);
   if (reason) {  // what is new in this scan belongs to the next map already
-    const auto begin = std::chrono::steady_clock::now();
+    const auto closing = Clock::now();
     report.join = close_map(*reason);
-    report.join_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    report.join_time_s += seconds_since(closing);
   }
   for (const Eigen::Index i : association.fresh) report.scan.added += map_.add(scan[static_cast<std::size_t>(i)]) ? 1 : 0;
   report.scan.dropped = static_cast<int>(scan.size()) - report.scan.paired - report.scan.added;
@@ -76,11 +80,15 @@ void ConditionallyIndependentMapper::recall(int label) {
 
 SplitSituation ConditionallyIndependentMapper::situation(const ScanAssociation& association) {
   SplitSituation now;
-  for (Eigen::Index i = 0; i < map_.size(); ++i) {  // those only recalled are no reason to close
+  for (Eigen::Index i = 0; i < map_.size(); ++i) {  // a recalled landmark counts once it is seen
     const TrackedLandmark tracked = map_.tracked(i);
     now.landmarks += map_.confirmed(tracked.landmark) && tracked.last_scan >= first_scan_ ? 1 : 0;
   }
   now.new_landmarks = map_.new_landmarks(association);
+  for (const Pair& pair : association.hypothesis.pairs) {
+    const TrackedLandmark tracked = map_.tracked(association.selected[static_cast<std::size_t>(pair.prediction)]);
+    now.new_landmarks += map_.confirmed(tracked.landmark) && tracked.last_scan < first_scan_ ? 1 : 0;
+  }
   now.submap_T_vehicle = map_.filter().frozen_T_vehicle();
   now.distance_m = distance_m_;
   now.duration_s = time_s_ - start_time_s_;

@@ -74,9 +74,10 @@ void SlamPipeline::move(const Event& odometry) {
 void SlamPipeline::observe(const Features& scan, StepReport& report) {
   MapperReport mapped = mapper_->observe(*time_s_, scan);
   report.association_time_s = mapped.scan.association_time_s;
+  report.global_time_s = mapped.join_time_s;
   if (mapped.join) {
     report.association_time_s += mapped.join->association_time_s;
-    report.global_time_s = mapped.join_time_s - mapped.join->association_time_s;
+    report.global_time_s -= mapped.join->association_time_s;
   }
   report.scan = std::move(mapped.scan);
   report.join = std::move(mapped.join);

@@ -48,15 +48,16 @@ class ConditionalChain {
   [[nodiscard]] WorldEstimate estimate(const MapState& present, const std::vector<TrackedLandmark>& landmarks, BaseCovariance covariance) const;
 
  private:
+  using PairRows = Eigen::Matrix<double, 2, Eigen::Dynamic>;
   /// A landmark on its way: mean + k (s - reference) + e, over the shared variables s of the map it comes from.
   struct Traveller {
     Eigen::Vector2d mean;
-    Eigen::Matrix<double, 2, Eigen::Dynamic> k;
+    PairRows k;
     Eigen::Matrix2d variance;
   };
   [[nodiscard]] Traveller take_out(ClosedMap& map, std::size_t own, TrackedLandmark& landmark);
   void pass_through(ClosedMap& map, const ClosedMap& before, Traveller& traveller, int label);
-  static void share(ClosedMap& map, const Traveller& traveller, const Eigen::Ref<const Eigen::MatrixXd>& with_own, int label);
+  static void share(ClosedMap& map, const Traveller& traveller, const PairRows& with_own, int label);
   /// Notes in row_of_ where the map's landmarks stand in [own | shared].
   void note_rows(const ClosedMap& map) const;
 
