@@ -26,7 +26,8 @@ Eigen::MatrixXd square_root(const Eigen::MatrixXd& psi) {
 
 }  // namespace
 
-CompressedMap::CompressedMap() : mean_(Eigen::VectorXd::Zero(whole_tiles(kVehicle))), P_(Eigen::MatrixXd::Zero(mean_.size(), mean_.size())) {}
+CompressedMap::CompressedMap()
+    : mean_(Eigen::VectorXd::Zero(whole_tiles(kVehicle))), P_(Eigen::MatrixXd::Zero(mean_.size(), mean_.size())) {}
 
 std::vector<Eigen::Index> CompressedMap::rows_of(const std::vector<Eigen::Index>& slots) {
   std::vector<Eigen::Index> rows{0, 1, 2};

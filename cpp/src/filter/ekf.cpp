@@ -110,8 +110,7 @@ void Ekf::add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Ma
 }
 
 void Ekf::add_dependent_landmark(const Eigen::Vector2d& submap_p_landmark,
-                                 const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& J_state,
-                                 const Eigen::Matrix2d& noise) {
+                                 const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& J_state, const Eigen::Matrix2d& noise) {
   if (watcher_ != nullptr) throw InvalidArgument("Ekf::add_dependent_landmark", "watched filter", "a watcher cannot follow it");
   reserve(landmarks_ + 1);
   settle();

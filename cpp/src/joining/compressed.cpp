@@ -19,14 +19,10 @@ CompressedEkfMapper::CompressedEkfMapper(const CompressedEkfConfig& config, doub
   map_.filter().watch(&compression_);
 }
 
-std::vector<Eigen::Index> CompressedEkfMapper::passive_of(const Features& scan) const {
-  std::vector<Eigen::Index> slots;
-  for (const Feature& feature : scan) {
-    if (!feature.landmark_id) continue;
-    const auto passive = passive_identities_.find(*feature.landmark_id);
-    if (passive != passive_identities_.end()) slots.push_back(passive->second);
-  }
-  return slots;
+bool CompressedEkfMapper::shows_passive(const Features& scan) const {
+  return identities_known_ && std::any_of(scan.begin(), scan.end(), [&](const Feature& feature) {
+           return feature.landmark_id && passive_identities_.count(*feature.landmark_id) != 0;
+         });
 }
 
 double CompressedEkfMapper::needed_m(const Features& scan) const {
@@ -38,12 +34,10 @@ MapperReport CompressedEkfMapper::observe(double time_s, const Features& scan) {
   for (const Feature& feature : scan) farthest_m_ = std::max(farthest_m_, feature.range());
   const double sight_m = config_.sight_m.value_or(std::min(farthest_m_, max_range_m_));
   const double region_m = config_.region_m.value_or(sight_m);
-  const std::vector<Eigen::Index> wanted = identities_known_ ? passive_of(scan) : std::vector<Eigen::Index>{};
   const double driven_m = (base_T_vehicle().translation() - centre_).norm();
   const double needed_m = this->needed_m(scan);
-  if (!wanted.empty() || driven_m > region_m || (is_active_.size() > 0 && driven_m + needed_m > radius_m_)) {
-    change_region(region_m + std::max(sight_m, needed_m), wanted);
-  }
+  const bool out_of_reach = region_changes_ > 0 && driven_m + needed_m > radius_m_;  // before the first change everything is active
+  if (driven_m > region_m || out_of_reach || shows_passive(scan)) change_region(region_m + std::max(sight_m, needed_m), scan);  // (G-11)
   return {map_.observe(scan), {}, 0.0};
 }
 
@@ -63,27 +57,28 @@ void CompressedEkfMapper::settle() {
   }
 }
 
-void CompressedEkfMapper::change_region(double radius_m, const std::vector<Eigen::Index>& wanted) {
+void CompressedEkfMapper::change_region(double radius_m, const Features& scan) {
   settle();
   ++region_changes_;
   centre_ = base_T_vehicle().translation();
   radius_m_ = radius_m;
-  is_active_.assign(at(whole_.slots()), false);
-  for (const Eigen::Index slot : wanted) is_active_[at(slot)] = true;
+  std::set<std::int64_t> shown;
+  for (const Feature& feature : scan) {
+    if (identities_known_ && feature.landmark_id) shown.insert(*feature.landmark_id);
+  }
   std::vector<Eigen::Index> slots;
   std::vector<TrackedLandmark> tracked;
   passive_identities_.clear();
   passive_variance_ = 0.0;
   for (Eigen::Index slot = 0; slot < whole_.slots(); ++slot) {
     if (whole_.is_free(slot)) continue;
-    if ((whole_.landmark_position(slot) - centre_).norm() <= radius_m) is_active_[at(slot)] = true;
-    if (is_active_[at(slot)]) {
+    const auto& identity = books_[at(slot)].landmark.source_id;
+    if ((whole_.landmark_position(slot) - centre_).norm() <= radius_m || (identity && shown.count(*identity) != 0)) {
       slots.push_back(slot);
       tracked.push_back(books_[at(slot)]);
     } else {
       passive_variance_ = std::max(passive_variance_, whole_.landmark_covariance(slot).trace());
-      const auto& identity = books_[at(slot)].landmark.source_id;
-      if (identity) passive_identities_.emplace(*identity, slot);
+      if (identity) passive_identities_.insert(*identity);
     }
   }
   whole_.enter(slots, map_.filter(), compression_);

@@ -17,8 +17,8 @@ std::vector<MapLandmark> landmarks_of(const std::vector<TrackedLandmark>& tracke
 }  // namespace
 
 ConditionallyIndependentMapper::ConditionallyIndependentMapper(const ConditionallyIndependentConfig& config,
-                                                               const SubmapBuilderConfig& submap,
-                                                               const ScanAssociationConfig& association, std::uint64_t seed)
+                                                               const SubmapBuilderConfig& submap, const ScanAssociationConfig& association,
+                                                               std::uint64_t seed)
     : FilterMapper(submap, association, seed, StateLayout{true}),
       config_(config),
       split_(submap.split),

@@ -102,12 +102,13 @@ World aekf_loop_world(std::uint64_t seed) {
   constexpr int kLandmarks = 54;
   constexpr double kNearest_m = 4.0;  // of two landmarks, and of a landmark to the path
   constexpr double kFarthest_m = 22.0;
-  const std::vector<Eigen::Vector2d> circuit{{44, -21},  {59, 7},   {65, 36},   {46, 59},   {22, 73},   {-7, 78},   {-37, 71}, {-65, 56}, {-84, 30},
-                                             {-95, 0},   {-98, -28}, {-91, -56}, {-85, -79}, {-57, -89}, {-26, -81}, {4, -66},  {27, -46}};
+  const std::vector<Eigen::Vector2d> circuit{{44, -21},  {59, 7},    {65, 36},   {46, 59}, {22, 73},   {-7, 78},
+                                             {-37, 71},  {-65, 56},  {-84, 30},  {-95, 0}, {-98, -28}, {-91, -56},
+                                             {-85, -79}, {-57, -89}, {-26, -81}, {4, -66}, {27, -46}};
   World world;
   world.waypoints = circuit;
   world.waypoints.insert(world.waypoints.end(), circuit.begin(), circuit.begin() + 4);
-  std::vector<Eigen::Vector2d> landmarks{{53.5, 60.3},     {54.23, 65.39},   {18.73, -11.56},   {-94.98, -66.29},
+  std::vector<Eigen::Vector2d> landmarks{{53.5, 60.3},     {54.23, 65.39},    {18.73, -11.56},  {-94.98, -66.29},
                                          {-96.69, -66.06}, {-102.12, -61.57}, {-102.41, -70.3}, {-106.55, -81.13}};
   const auto distance_to_path = [&](const Eigen::Vector2d& p) {
     double least = std::numeric_limits<double>::infinity();

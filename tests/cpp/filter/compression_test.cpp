@@ -26,10 +26,10 @@ struct Pair {
   Ekf region{4};
   Compression compression;
   CompressedMap map;
-  std::vector<Eigen::Index> slots;   ///< by landmark of the region's filter, negative: new
-  std::vector<int> names;            ///< by landmark of the region's filter
-  std::vector<int> all_names;        ///< by landmark of the filter over everything
-  std::vector<int> slot_names;       ///< by slot
+  std::vector<Eigen::Index> slots;  ///< by landmark of the region's filter, negative: new
+  std::vector<int> names;           ///< by landmark of the region's filter
+  std::vector<int> all_names;       ///< by landmark of the filter over everything
+  std::vector<int> slot_names;      ///< by slot
   int next_name = 0;
 
   Pair() {

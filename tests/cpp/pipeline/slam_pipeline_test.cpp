@@ -138,8 +138,8 @@ TEST(SlamPipeline, AddsMeasuredIncrements) {
 
 TEST(SlamPipeline, WithoutLandmarksTheAnswerIsDeadReckoning) {
   ShortSurvey survey(20.0);
-  for (const Method method : {Method::kSelective, Method::kEkf, Method::kAugmentedEkf, Method::kCompressedEkf,
-                              Method::kConditionallyIndependent}) {
+  for (const Method method :
+       {Method::kSelective, Method::kEkf, Method::kAugmentedEkf, Method::kCompressedEkf, Method::kConditionallyIndependent}) {
     survey.config.method = method;
     SlamPipeline pipeline(survey.config, 1);
     std::vector<Se2> dead_reckoning;

@@ -38,7 +38,7 @@ class CompressedMap {
   Eigen::Index slots_ = 0;
   std::vector<bool> free_;
   Eigen::VectorXd mean_;
-  Eigen::MatrixXd P_;  ///< lower triangle
+  Eigen::MatrixXd P_;                  ///< lower triangle
   std::vector<Eigen::Index> entered_;  ///< slots given to the filter
   SymmetricDowndate downdate_;
 };

@@ -22,8 +22,8 @@ class Compression final : public FilterWatcher {
   void on_add(const Eigen::Matrix<double, 2, 3>& J_vehicle) override;
   void on_remove(Eigen::Index landmark, Eigen::Index last) override;
 
-  [[nodiscard]] Eigen::MatrixXd phi() const;                           ///< a x a0
-  [[nodiscard]] const Eigen::MatrixXd& psi() const { return psi_; }    ///< a0 x a0, symmetric, semidefinite
+  [[nodiscard]] Eigen::MatrixXd phi() const;                             ///< a x a0
+  [[nodiscard]] const Eigen::MatrixXd& psi() const { return psi_; }      ///< a0 x a0, symmetric, semidefinite
   [[nodiscard]] const Eigen::VectorXd& theta() const { return theta_; }  ///< a0
   [[nodiscard]] bool has_updates() const { return has_updates_; }
 

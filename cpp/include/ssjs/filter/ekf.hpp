@@ -54,8 +54,8 @@ class Ekf {
   void add_landmark(const Feature& feature);
   void add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Matrix<double, 2, 3>& J_vehicle, const Eigen::Matrix2d& noise);
   /// A landmark whose error is J_state e + noise, J_state over the whole state (F-10). Not while a watcher is there: InvalidArgument.
-  void add_dependent_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& J_state,
-                              const Eigen::Matrix2d& noise);
+  void add_dependent_landmark(const Eigen::Vector2d& submap_p_landmark,
+                              const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& J_state, const Eigen::Matrix2d& noise);
 
   /// Marginalises a landmark out; the last landmark takes its index.
   void remove_landmark(Eigen::Index landmark);

@@ -46,7 +46,7 @@ class AugmentedEkfMapper final : public FilterMapper {
 
   AugmentedEkfConfig config_;
   RangeBearingConfig sensor_;
-  double farthest_m_ = 0.0;  ///< observation so far
+  double farthest_m_ = 0.0;     ///< observation so far
   std::map<int, Views> views_;  ///< by label
   int next_label_ = 0;
   PairingProblem problem_;

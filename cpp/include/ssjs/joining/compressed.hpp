@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
@@ -38,11 +38,12 @@ class CompressedEkfMapper final : public FilterMapper {
   [[nodiscard]] int region_changes() const { return region_changes_; }
 
  private:
-  /// Passive landmarks that the scan shows by their identity; unknown to the map are not among them.
-  [[nodiscard]] std::vector<Eigen::Index> passive_of(const Features& scan) const;
+  /// Whether the identities of the scan show a passive landmark.
+  [[nodiscard]] bool shows_passive(const Features& scan) const;
   /// Distance from the vehicle within which landmarks have to be active for this scan.
   [[nodiscard]] double needed_m(const Features& scan) const;
-  void change_region(double radius_m, const std::vector<Eigen::Index>& wanted);
+  /// With known identities the landmarks of the scan are active wherever they are.
+  void change_region(double radius_m, const Features& scan);
   /// Slots of the filter's landmarks, negative for new ones.
   [[nodiscard]] std::vector<Eigen::Index> active_slots() const;
   /// The whole map, brought up to date; landmarks in the order of the slots.
@@ -54,13 +55,12 @@ class CompressedEkfMapper final : public FilterMapper {
   bool identities_known_;
   CompressedMap whole_;
   Compression compression_;
-  std::vector<TrackedLandmark> books_;              ///< by slot, stale for active ones
-  std::vector<bool> is_active_;                     ///< by slot
-  std::map<std::int64_t, Eigen::Index> passive_identities_;
-  double passive_variance_ = 0.0;                   ///< largest trace of a passive landmark's covariance, at the last change
+  std::vector<TrackedLandmark> books_;  ///< by slot, stale for active ones
+  std::set<std::int64_t> passive_identities_;
+  double passive_variance_ = 0.0;  ///< largest trace of a passive landmark's covariance, at the last change
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
-  double radius_m_ = 0.0;                           ///< of the active landmarks about the centre
-  double farthest_m_ = 0.0;                         ///< observation so far
+  double radius_m_ = 0.0;    ///< of the active landmarks about the centre
+  double farthest_m_ = 0.0;  ///< observation so far
   int region_changes_ = 0;
 };
 

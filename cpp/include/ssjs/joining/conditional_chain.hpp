@@ -25,7 +25,8 @@ class ConditionalChain {
  public:
   /// Closes the present map, `state` = [vehicle | base pose | landmarks]; the landmarks at positions `shared` go on. Returns the state
   /// that the next map starts with: its frozen pose is the vehicle, its landmarks are the shared ones, in this order. (I-1, I-2)
-  [[nodiscard]] MapState close(const MapState& state, const std::vector<TrackedLandmark>& landmarks, const std::vector<Eigen::Index>& shared);
+  [[nodiscard]] MapState close(const MapState& state, const std::vector<TrackedLandmark>& landmarks,
+                               const std::vector<Eigen::Index>& shared);
 
   /// Whether a closed map holds the landmark and the present one does not.
   [[nodiscard]] bool is_past(int label) const;
@@ -45,7 +46,8 @@ class ConditionalChain {
   [[nodiscard]] std::vector<PastLandmark> past_landmarks(const LandmarkMap& present) const;
 
   /// Back-propagation through the whole chain (I-3, I-6).
-  [[nodiscard]] WorldEstimate estimate(const MapState& present, const std::vector<TrackedLandmark>& landmarks, BaseCovariance covariance) const;
+  [[nodiscard]] WorldEstimate estimate(const MapState& present, const std::vector<TrackedLandmark>& landmarks,
+                                       BaseCovariance covariance) const;
 
  private:
   using PairRows = Eigen::Matrix<double, 2, Eigen::Dynamic>;
@@ -62,8 +64,8 @@ class ConditionalChain {
   void note_rows(const ClosedMap& map) const;
 
   std::vector<ClosedMap> maps_;
-  std::vector<int> holder_;            ///< by label: the latest map that holds it; size() for the present one
-  std::vector<double> variance_;       ///< by label, at the closing of its map
+  std::vector<int> holder_;                   ///< by label: the latest map that holds it; size() for the present one
+  std::vector<double> variance_;              ///< by label, at the closing of its map
   mutable std::vector<Eigen::Index> row_of_;  ///< by label, scratch
 };
 

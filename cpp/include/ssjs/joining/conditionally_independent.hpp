@@ -45,10 +45,10 @@ class ConditionallyIndependentMapper final : public FilterMapper {
   bool identities_known_;
   ConditionalChain chain_;
   int next_label_ = 0;
-  int first_scan_ = 0;               ///< of the present map
-  double distance_m_ = 0.0;          ///< in the present map
-  std::map<int, int> recalled_;      ///< into the present map: label -> the map that held it
-  std::map<std::int64_t, int> past_identities_;  ///< known identities of past landmarks -> label
+  int first_scan_ = 0;                                ///< of the present map
+  double distance_m_ = 0.0;                           ///< in the present map
+  std::map<int, int> recalled_;                       ///< into the present map: label -> the map that held it
+  std::map<std::int64_t, int> past_identities_;       ///< known identities of past landmarks -> label
   std::vector<ConditionalChain::PastLandmark> past_;  ///< as known when the present map started
   std::optional<PointGrid> past_grid_;
   double past_variance_ = 0.0;  ///< the largest of past_

@@ -41,6 +41,7 @@ class FilterMapper : public Mapper {
 };
 
 /// The estimate of a method with one map, whose base is the world: `state` with its landmarks.
-[[nodiscard]] WorldEstimate single_map_estimate(const MapState& state, const std::vector<MapLandmark>& landmarks, BaseCovariance covariance);
+[[nodiscard]] WorldEstimate single_map_estimate(const MapState& state, const std::vector<MapLandmark>& landmarks,
+                                                BaseCovariance covariance);
 
 }  // namespace ssjs
