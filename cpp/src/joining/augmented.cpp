@@ -20,7 +20,7 @@ MapperReport AugmentedEkfMapper::observe(double time_s, const Features& scan) {
   touch(time_s);
   for (const Feature& feature : scan) farthest_m_ = std::max(farthest_m_, feature.range());
   const int scans = map_.scans();
-  MapperReport report{map_.observe(scan), {}, 0.0};
+  MapperReport report{map_.observe(scan), {}, 0.0};  // (G-4)
   if (map_.scans() != scans) manage(expected_in_view());
   return report;
 }

@@ -65,7 +65,7 @@ void ConditionallyIndependentMapper::recall_seen(const Features& scan) {
   if (!past_grid_) return;
   const ScanReach reach(scan, map_.filter());
   const Eigen::Vector2d here = base_T_vehicle().translation();
-  for (const Eigen::Index i : past_grid_->within(here, reach.radius_m(past_variance_))) {
+  for (const Eigen::Index i : past_grid_->within(here, reach.radius_m(past_variance_))) {  // (I-7)
     const ConditionalChain::PastLandmark& past = past_[static_cast<std::size_t>(i)];
     if (chain_.is_past(past.label) && (past.position - here).norm() <= reach.radius_m(past.variance)) recall(past.label);
   }
