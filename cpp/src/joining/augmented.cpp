@@ -19,18 +19,18 @@ AugmentedEkfMapper::AugmentedEkfMapper(const AugmentedEkfConfig& config, const R
 MapperReport AugmentedEkfMapper::observe(double time_s, const Features& scan) {
   touch(time_s);
   for (const Feature& feature : scan) farthest_m_ = std::max(farthest_m_, feature.range());
-  const int scans = map_.scans();
-  MapperReport report{map_.observe(scan), {}, 0.0};  // (G-4)
-  if (map_.scans() != scans) manage(expected_in_view());
+  const int scans = local_map().scans();
+  MapperReport report{local_map().observe(scan), {}, 0.0};  // (G-4)
+  if (local_map().scans() != scans) manage(expected_in_view());
   return report;
 }
 
 std::vector<bool> AugmentedEkfMapper::expected_in_view() {
-  Ekf& filter = map_.filter();
+  Ekf& filter = local_map().filter();
   const double far_m = std::min(sensor_.max_range_m, farthest_m_);
   const double half_field = 0.5 * config_.field_of_view_rad;
-  std::vector<bool> expected(static_cast<std::size_t>(map_.size()), false);
-  for (Eigen::Index i = 0; i < map_.size(); ++i) {
+  std::vector<bool> expected(static_cast<std::size_t>(local_map().size()), false);
+  for (Eigen::Index i = 0; i < local_map().size(); ++i) {
     const double distance_m = (filter.landmark_position(i) - base_T_vehicle().translation()).norm();
     if (distance_m > far_m || distance_m < std::max(sensor_.min_range_m, kOnSensorMetres)) continue;
     filter.predict_observations({i}, problem_);
@@ -46,10 +46,10 @@ std::vector<bool> AugmentedEkfMapper::expected_in_view() {
 
 void AugmentedEkfMapper::manage(const std::vector<bool>& expected) {
   std::map<int, Views> kept;
-  for (Eigen::Index i = map_.size() - 1; i >= 0; --i) {  // (G-5); backwards, as the last landmark takes the place of a removed one
-    TrackedLandmark tracked = map_.tracked(i);
+  for (Eigen::Index i = local_map().size() - 1; i >= 0; --i) {  // (G-5); backwards, as the last landmark takes the place of a removed one
+    TrackedLandmark tracked = local_map().tracked(i);
     if (tracked.label < 0) {
-      map_.set_label(i, tracked.label = next_label_++);
+      local_map().set_label(i, tracked.label = next_label_++);
       kept[tracked.label] = {tracked.landmark.times_seen, 0};
       continue;
     }
@@ -62,7 +62,7 @@ void AugmentedEkfMapper::manage(const std::vector<bool>& expected) {
     }
     const std::bitset<64> window(views.missed << (64 - config_.view_window));
     if (tracked.landmark.times_seen < config_.permanent_sightings && static_cast<int>(window.count()) >= config_.max_missed_views) {
-      map_.remove(i);
+      local_map().remove(i);
     } else {
       kept[tracked.label] = views;
     }
@@ -71,14 +71,14 @@ void AugmentedEkfMapper::manage(const std::vector<bool>& expected) {
 }
 
 JoinReport AugmentedEkfMapper::finish() {
-  map_.drop_tentative();
-  finish_single(map_.filter().state(), map_.landmarks());
+  local_map().drop_tentative();
+  close_last(local_map().filter().state(), local_map().landmarks());
   return {};
 }
 
 WorldEstimate AugmentedEkfMapper::world(BaseCovariance covariance) const {
-  Ekf filter = map_.filter();  // reading a state settles it
-  return single_map_estimate(filter.state(), map_.landmarks(), covariance);
+  Ekf filter = local_map().filter();  // reading a state settles it
+  return single_map_estimate(filter.state(), local_map().landmarks(), covariance);
 }
 
 }  // namespace ssjs

@@ -15,8 +15,8 @@ CompressedEkfMapper::CompressedEkfMapper(const CompressedEkfConfig& config, doub
       config_(config),
       max_range_m_(max_range_m),
       identities_known_(association.method == AssociationMethod::kKnown) {
-  whole_.enter({}, map_.filter(), compression_);
-  map_.filter().watch(&compression_);
+  whole_.enter({}, local_map().filter(), compression_);
+  local_map().filter().watch(&compression_);
 }
 
 bool CompressedEkfMapper::shows_passive(const Features& scan) const {
@@ -26,7 +26,7 @@ bool CompressedEkfMapper::shows_passive(const Features& scan) const {
 }
 
 double CompressedEkfMapper::needed_m(const Features& scan) const {
-  return identities_known_ ? 0.0 : ScanReach(scan, map_.filter()).radius_m(passive_variance_);
+  return identities_known_ ? 0.0 : ScanReach(scan, local_map().filter()).radius_m(passive_variance_);
 }
 
 MapperReport CompressedEkfMapper::observe(double time_s, const Features& scan) {
@@ -38,22 +38,22 @@ MapperReport CompressedEkfMapper::observe(double time_s, const Features& scan) {
   const double needed_m = this->needed_m(scan);
   const bool out_of_reach = region_changes_ > 0 && driven_m + needed_m > radius_m_;  // before the first change everything is active
   if (driven_m > region_m || out_of_reach || shows_passive(scan)) change_region(region_m + std::max(sight_m, needed_m), scan);  // (G-11)
-  return {map_.observe(scan), {}, 0.0};
+  return {local_map().observe(scan), {}, 0.0};
 }
 
 std::vector<Eigen::Index> CompressedEkfMapper::active_slots() const {
   std::vector<Eigen::Index> slots;
-  for (Eigen::Index i = 0; i < map_.size(); ++i) slots.push_back(map_.tracked(i).label);
+  for (Eigen::Index i = 0; i < local_map().size(); ++i) slots.push_back(local_map().tracked(i).label);
   return slots;
 }
 
 void CompressedEkfMapper::settle() {
   std::vector<Eigen::Index> slots = active_slots();
-  whole_.update_from(map_.filter().state(), compression_, slots);
+  whole_.update_from(local_map().filter().state(), compression_, slots);
   books_.resize(at(whole_.slots()));
-  for (Eigen::Index i = 0; i < map_.size(); ++i) {
-    map_.set_label(i, static_cast<int>(slots[at(i)]));
-    books_[at(slots[at(i)])] = map_.tracked(i);
+  for (Eigen::Index i = 0; i < local_map().size(); ++i) {
+    local_map().set_label(i, static_cast<int>(slots[at(i)]));
+    books_[at(slots[at(i)])] = local_map().tracked(i);
   }
 }
 
@@ -81,18 +81,18 @@ void CompressedEkfMapper::change_region(double radius_m, const Features& scan) {
       if (identity) passive_identities_.insert(*identity);
     }
   }
-  whole_.enter(slots, map_.filter(), compression_);
-  map_.restore_books(tracked);
+  whole_.enter(slots, local_map().filter(), compression_);
+  local_map().restore_books(tracked);
 }
 
 MapState CompressedEkfMapper::whole(std::vector<MapLandmark>& landmarks) const {
   CompressedMap settled = whole_;
-  Ekf filter = map_.filter();
+  Ekf filter = local_map().filter();
   std::vector<Eigen::Index> active = active_slots();
   settled.update_from(filter.state(), compression_, active);
   std::vector<TrackedLandmark> books = books_;
   books.resize(at(settled.slots()));
-  for (Eigen::Index i = 0; i < map_.size(); ++i) books[at(active[at(i)])] = map_.tracked(i);
+  for (Eigen::Index i = 0; i < local_map().size(); ++i) books[at(active[at(i)])] = local_map().tracked(i);
   std::vector<Eigen::Index> slots;
   landmarks.clear();
   for (Eigen::Index slot = 0; slot < settled.slots(); ++slot) {
@@ -105,9 +105,9 @@ MapState CompressedEkfMapper::whole(std::vector<MapLandmark>& landmarks) const {
 
 JoinReport CompressedEkfMapper::finish() {
   std::vector<MapLandmark> landmarks;
-  map_.drop_tentative();
+  local_map().drop_tentative();
   const MapState state = whole(landmarks);
-  finish_single(state, landmarks);
+  close_last(state, landmarks);
   return {};
 }
 

@@ -39,7 +39,7 @@ void FilterMapper::close(const std::string& reason, MapState state, std::vector<
   start_time_s_ = time_s_;
 }
 
-void FilterMapper::finish_single(MapState state, std::vector<MapLandmark> landmarks) {
+void FilterMapper::close_last(MapState state, std::vector<MapLandmark> landmarks) {
   close("end of the mission", std::move(state), std::move(landmarks));
   finished_ = true;
 }

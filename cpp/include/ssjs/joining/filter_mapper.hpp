@@ -26,16 +26,20 @@ class FilterMapper : public Mapper {
   void touch(double time_s);  ///< every event comes by here
   /// Ends the present submap with the steps since the last one. `state`: in the frame of its base.
   void close(const std::string& reason, MapState state, std::vector<MapLandmark> landmarks);
-  /// Ends a mission of one submap, whose base is the world.
-  void finish_single(MapState state, std::vector<MapLandmark> landmarks);
+  /// The same for the last one, at the end of the mission.
+  void close_last(MapState state, std::vector<MapLandmark> landmarks);
 
+  [[nodiscard]] LandmarkMap& local_map() { return map_; }
+  [[nodiscard]] const LandmarkMap& local_map() const { return map_; }
+  [[nodiscard]] double time_s() const { return time_s_; }
+  [[nodiscard]] double duration_s() const { return time_s_ - start_time_s_; }  ///< of the present submap
+
+ private:
   LandmarkMap map_;
+  bool started_ = false;
   bool finished_ = false;
   double start_time_s_ = 0.0;  ///< of the present submap
   double time_s_ = 0.0;
-
- private:
-  bool started_ = false;
   std::vector<SubmapStep> steps_;
   std::vector<Submap> submaps_;
 };
