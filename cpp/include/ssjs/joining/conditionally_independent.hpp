@@ -52,7 +52,7 @@ class ConditionallyIndependentMapper final : public FilterMapper {
   std::vector<ConditionalChain::PastLandmark> past_;  ///< as known when the present map started
   std::optional<PointGrid> past_grid_;
   std::optional<WorldEstimate> final_;  ///< after finish(), without the joint covariance
-  double past_variance_ = 0.0;  ///< the largest of past_
+  double past_variance_ = 0.0;          ///< the largest of past_
 };
 
 }  // namespace ssjs
