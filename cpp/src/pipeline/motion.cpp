@@ -9,4 +9,9 @@ MotionPrediction hold_command(const Se2& frame_T_vehicle, const Event& command, 
   return predict_unicycle(frame_T_vehicle, std::get<VelocityControl>(command.record), dt_s, config.unicycle);
 }
 
+OdometryIncrement command_increment(const Event& command, double dt_s, const VehicleConfig& config) {
+  const MotionPrediction from_origin = hold_command({}, command, dt_s, config);
+  return {{from_origin.submap_T_vehicle, from_origin.Q}};  // (G-1)
+}
+
 }  // namespace ssjs

@@ -49,8 +49,16 @@ void SlamPipeline::advance(double time_s) {
   const double dt_s = time_s_ ? time_s - *time_s_ : 0.0;
   time_s_ = time_s;
   if (!(dt_s > 0.0) || !command_) return;
-  mapper_->predict(time_s, hold_command(mapper_->base_T_vehicle(), *command_, dt_s, config_.vehicle));
+  mapper_->predict(time_s, held_command(dt_s));
   dead_reckoning_ = hold_command(dead_reckoning_, *command_, dt_s, config_.vehicle).submap_T_vehicle;
+}
+
+MotionPrediction SlamPipeline::held_command(double dt_s) const {
+  const Se2& base_T_vehicle = mapper_->base_T_vehicle();
+  if (config_.method == Method::kAugmentedEkf) {  // works on pose increments
+    return predict_increment(base_T_vehicle, command_increment(*command_, dt_s, config_.vehicle));
+  }
+  return hold_command(base_T_vehicle, *command_, dt_s, config_.vehicle);
 }
 
 void SlamPipeline::move(const Event& odometry) {
@@ -66,9 +74,10 @@ void SlamPipeline::move(const Event& odometry) {
 void SlamPipeline::observe(const Features& scan, StepReport& report) {
   MapperReport mapped = mapper_->observe(*time_s_, scan);
   report.association_time_s = mapped.scan.association_time_s;
+  report.global_time_s = mapped.join_time_s;
   if (mapped.join) {
     report.association_time_s += mapped.join->association_time_s;
-    report.global_time_s = mapped.join_time_s - mapped.join->association_time_s;
+    report.global_time_s -= mapped.join->association_time_s;
   }
   report.scan = std::move(mapped.scan);
   report.join = std::move(mapped.join);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -148,6 +149,49 @@ World revisit_world(int columns, int rows, double spacing_m, double jitter_m, in
   }
   for (int lap = 0; lap < laps; ++lap) world.waypoints.insert(world.waypoints.end(), circuit.begin(), circuit.end());
   world.waypoints.push_back(circuit.front());
+  return world;
+}
+
+World aekf_loop_world(std::uint64_t seed) {
+  constexpr int kLandmarks = 54;
+  constexpr double kNearest_m = 4.0;  // of two landmarks, and of a landmark to the path
+  constexpr double kFarthest_m = 22.0;
+  const std::vector<Eigen::Vector2d> circuit{{44, -21},  {59, 7},    {65, 36},   {46, 59}, {22, 73},   {-7, 78},
+                                             {-37, 71},  {-65, 56},  {-84, 30},  {-95, 0}, {-98, -28}, {-91, -56},
+                                             {-85, -79}, {-57, -89}, {-26, -81}, {4, -66}, {27, -46}};
+  World world;
+  world.waypoints = circuit;
+  world.waypoints.insert(world.waypoints.end(), circuit.begin(), circuit.begin() + 4);
+  std::vector<Eigen::Vector2d> landmarks{{53.5, 60.3},     {54.23, 65.39},    {18.73, -11.56},  {-94.98, -66.29},
+                                         {-96.69, -66.06}, {-102.12, -61.57}, {-102.41, -70.3}, {-106.55, -81.13}};
+  const auto distance_to_path = [&](const Eigen::Vector2d& p) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < circuit.size(); ++i) {
+      const Eigen::Vector2d from = circuit[i];
+      const Eigen::Vector2d along = circuit[(i + 1) % circuit.size()] - from;
+      const double t = std::clamp(along.dot(p - from) / along.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (from + t * along - p).norm());
+    }
+    return least;
+  };
+  Rng places = Rng(seed).stream("landmarks");
+  while (landmarks.size() < kLandmarks) {
+    const std::size_t i = places.below(circuit.size());
+    const Eigen::Vector2d from = circuit[i];
+    const Eigen::Vector2d along = circuit[(i + 1) % circuit.size()] - from;
+    const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
+    const double t = places.uniform();
+    const double offset_m = places.uniform(-kFarthest_m, kFarthest_m);
+    const Eigen::Vector2d place = from + t * along + offset_m * left;
+    const auto near = [&](const Eigen::Vector2d& other) { return (other - place).norm() < kNearest_m; };
+    if (distance_to_path(place) < kNearest_m || std::any_of(landmarks.begin(), landmarks.end(), near)) continue;
+    landmarks.push_back(place);
+  }
+  world.landmarks_m.resize(2, kLandmarks);
+  for (int i = 0; i < kLandmarks; ++i) {
+    world.landmarks_m.col(i) = landmarks[static_cast<std::size_t>(i)];
+    world.ids.push_back(i);
+  }
   return world;
 }
 

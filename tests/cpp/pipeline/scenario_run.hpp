@@ -64,7 +64,7 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
       ++result.fusions;
       result.map_pairs += loop.pairs;
       result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
-      result.fusion_chi_squared += *loop.chi_squared;
+      result.fusion_chi_squared += loop.chi_squared.value_or(0.0);
       result.fusion_dof += loop.dof;
     }
   };

@@ -13,7 +13,7 @@ struct TrajectoryPoint {
   GaussianSe2 global_T_vehicle;
 };
 
-/// One point a step: every past pose follows the last estimate of its submap's borders (C-5).
+/// One point a step: every past pose follows the last estimate of its submap's borders (C-5), unless its steps are global already.
 [[nodiscard]] std::vector<TrajectoryPoint> final_trajectory(const std::vector<Submap>& submaps, const WorldEstimate& world);
 
 }  // namespace ssjs

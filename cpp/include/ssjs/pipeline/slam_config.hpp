@@ -7,6 +7,9 @@
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/features/tree_detector.hpp"
+#include "ssjs/joining/augmented.hpp"
+#include "ssjs/joining/compressed.hpp"
+#include "ssjs/joining/conditionally_independent.hpp"
 #include "ssjs/joining/selective.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
 #include "ssjs/sensors/ackerman.hpp"
@@ -15,7 +18,7 @@
 
 namespace ssjs {
 
-enum class Method { kSelective, kEkf };
+enum class Method { kSelective, kEkf, kAugmentedEkf, kCompressedEkf, kConditionallyIndependent };
 enum class VehicleKind { kAckerman, kUnicycle, kIncrements };
 
 struct VehicleConfig {
@@ -41,16 +44,27 @@ struct SlamConfig {
   ScanAssociationConfig association;
   SubmapBuilderConfig submap;
   SelectiveJoinerConfig joining;
+  ConditionallyIndependentConfig cis;
+  CompressedEkfConfig cekf;
+  AugmentedEkfConfig aekf;
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("method", method, Choices<Method>{{"ssjs", Method::kSelective}, {"ekf", Method::kEkf}},
-             "selective submap joining, or one endless EKF map");
+    v.choice("method", method,
+             Choices<Method>{{"ssjs", Method::kSelective},
+                             {"ekf", Method::kEkf},
+                             {"aekf", Method::kAugmentedEkf},
+                             {"cekf", Method::kCompressedEkf},
+                             {"cis", Method::kConditionallyIndependent}},
+             "selective submap joining; one endless EKF map, plain, augmented or compressed; conditionally independent submaps");
     v.section("vehicle", vehicle, "how the vehicle moves");
     v.section("sensor", sensor, "range and bearing of landmarks");
     v.section("trees", trees, "landmarks from laser scans");
     v.section("association", association, "which observation is of which landmark");
     v.section("submap", submap, "local maps");
     v.section("joining", joining, "the global level");
+    v.section("cis", cis, "conditionally independent submaps");
+    v.section("cekf", cekf, "compressed EKF");
+    v.section("aekf", aekf, "augmented EKF");
   }
 
   /// Every violation, rules between fields included; empty when valid.

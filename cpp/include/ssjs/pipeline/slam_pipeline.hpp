@@ -46,6 +46,7 @@ class SlamPipeline {
 
  private:
   void advance(double time_s);
+  [[nodiscard]] MotionPrediction held_command(double dt_s) const;
   void move(const Event& odometry);
   void observe(const Features& scan, StepReport& report);
 

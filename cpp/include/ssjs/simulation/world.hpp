@@ -35,6 +35,12 @@ struct World {
 /// Needs columns >= 4, rows >= 5, laps >= 1 and 0 <= jitter_m < spacing_m / 2.
 [[nodiscard]] World revisit_world(int columns, int rows, double spacing_m, double jitter_m, int laps, std::uint64_t seed);
 
+/// The sonar loop: 200 x 200 m, 17 waypoints driven for one lap and three more, 54 landmarks along them. The first kAekfLoopQuoted
+/// landmarks are those whose coordinates the source prints (table 10: ship, branch, body); the others are placed beside the path by the
+/// stream "landmarks" of the seed, 4 to 22 m from it and at least 4 m from each other. docs/scenarios.md.
+constexpr int kAekfLoopQuoted = 8;
+[[nodiscard]] World aekf_loop_world(std::uint64_t seed);
+
 /// Length of the polyline through the waypoints, m.
 [[nodiscard]] double path_length_m(const World& world);
 
