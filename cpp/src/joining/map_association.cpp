@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "ssjs/association/nearest_neighbour.hpp"
@@ -29,6 +30,16 @@ std::optional<int> count_wrong_pairs(const std::vector<Pair>& pairs, const LiveM
   return wrong;
 }
 
+namespace {
+
+std::vector<Eigen::Index> all_landmarks(const LiveMap& map) {
+  std::vector<Eigen::Index> all(map.landmarks.size());
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  return all;
+}
+
+}  // namespace
+
 std::vector<Pair> pair_by_identity(const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks, const LiveMap& b,
                                    const std::vector<Eigen::Index>& b_landmarks) {
   std::multimap<std::int64_t, std::size_t> free;  // identity -> position in a_landmarks, ascending
@@ -48,6 +59,16 @@ std::vector<Pair> pair_by_identity(const LiveMap& a, const std::vector<Eigen::In
   return pairs;
 }
 
+std::vector<Pair> landmarks_of_rows(const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& a_landmarks,
+                                    const std::vector<Eigen::Index>& b_landmarks) {
+  std::vector<Pair> of_maps;
+  of_maps.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    of_maps.push_back({b_landmarks[static_cast<std::size_t>(pair.observation)], a_landmarks[static_cast<std::size_t>(pair.prediction)]});
+  }
+  return of_maps;
+}
+
 MapAssociator::MapAssociator(const MapAssociationConfig& config, std::uint64_t seed)
     : config_(config), rng_(Rng(seed).stream("map association")) {}
 
@@ -56,7 +77,9 @@ std::optional<double> MapAssociator::ambiguity_gate() const { return identities_
 Hypothesis MapAssociator::associate(const PairingProblem& problem, const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks,
                                     const LiveMap& b, const std::vector<Eigen::Index>& b_landmarks) {
   if (config_.method == AssociationMethod::kNearestNeighbour) return nearest_neighbour(problem, config_.joint.gate_probability);
-  if (config_.method == AssociationMethod::kRandomizedJointCompatibility) {
+  const bool large = config_.randomized_above && std::max(a.landmark_count(), b.landmark_count()) > *config_.randomized_above;
+  if (config_.method == AssociationMethod::kRandomizedJointCompatibility ||
+      (config_.method == AssociationMethod::kJointCompatibility && large)) {
     RandomizedJointCompatibilityConfig randomized;
     randomized.joint = config_.joint;
     return randomized_joint_compatibility(problem, randomized, rng_);
@@ -70,6 +93,10 @@ Hypothesis MapAssociator::associate_exactly(const PairingProblem& problem, const
   Hypothesis hypothesis;
   hypothesis.pairs = pair_by_identity(a, a_landmarks, b, b_landmarks);
   return hypothesis;
+}
+
+std::vector<Pair> MapAssociator::pair_all_by_identity(const LiveMap& a, const LiveMap& b) {
+  return pair_by_identity(a, all_landmarks(a), b, all_landmarks(b));
 }
 
 }  // namespace ssjs

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -10,17 +9,17 @@
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/joining/fusion.hpp"
 #include "ssjs/joining/landmark_list.hpp"
+#include "ssjs/joining/loop_attempt.hpp"
 #include "ssjs/joining/loop_candidates.hpp"
 #include "ssjs/joining/nearby_maps.hpp"
 
 namespace ssjs {
-namespace {}  // namespace
-
 SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
                                  std::optional<int> max_submap_landmarks, std::uint64_t seed)
     : config_(config),
-      associator_({association, {config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_pairing_sigma_m},
-                  seed),
+      associator_(
+          {association, {config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_pairing_sigma_m, {}},
+          seed),
       max_submap_landmarks_(max_submap_landmarks),
       global_(config.solver, config.dense_bases) {}
 
@@ -29,9 +28,7 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
   LiveMap fresh = live_map_of(submap);
   newest_base_ = submap.index + 1;
   global_.attach(fresh);
-  const int smaller = max_submap_landmarks_ ? std::min<int>(*max_submap_landmarks_, static_cast<int>(fresh.landmark_count()))
-                                            : static_cast<int>(fresh.landmark_count());
-  const int needed = std::max(config_.min_pairs, static_cast<int>(std::ceil(config_.fusion_threshold * smaller - 1e-9)));
+  const int needed = needed_pairs({config_.fusion_threshold, config_.min_pairs, max_submap_landmarks_}, fresh);
   const bool comparable = fresh.landmark_count() >= needed;
   const std::vector<int> candidates = comparable ? candidates_for(fresh) : std::vector<int>{};
   replace_users(fresh, 1);
@@ -44,7 +41,10 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
     attempt.from = submap.index;
     attempt.to = candidate;
     attempt.accepted = compare(candidate, current, needed, attempt, report);
-    if (attempt.accepted) current = candidate;
+    if (attempt.accepted) {
+      current = candidate;
+      ++report.fusions;
+    }
     ++report.candidates;
     report.loops.push_back(std::move(attempt));
   }
@@ -195,8 +195,9 @@ void SelectiveJoiner::freeze_inner_poses(LiveMap& fused) {
 
 GaussianSe2 SelectiveJoiner::global_T_newest_base() const { return {global_.pose(newest_base_), global_.covariance({newest_base_})}; }
 
-void SelectiveJoiner::finish() {
+JoinReport SelectiveJoiner::finish() {
   if (config_.final_adjustment && newest_base_ > 0) global_.relinearize();
+  return {};
 }
 
 WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
@@ -218,8 +219,19 @@ WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
   estimate.global_T_base = bases.global_T_base();
   for (int k = 0; k < newest_base_; ++k) estimate.border_covariance.push_back(bases.border_covariance(k));
   if (covariance == BaseCovariance::kJoint) estimate.base_covariance = bases.joint_covariance();
-  estimate.landmarks = listed_once(estimate.landmarks, common_landmarks(maps_, first_of, global_, associator_));
+  const auto pose = [&](int base) { return global_.pose(base); };
+  const auto paired = [&](const LiveMap& a, const LiveMap& b) { return common_landmarks_of(a, b); };
+  estimate.landmarks = listed_once(estimate.landmarks, common_landmarks(maps_, first_of, pose, paired));
   return estimate;
+}
+
+std::vector<Pair> SelectiveJoiner::common_landmarks_of(const LiveMap& a, const LiveMap& b) const {
+  const Encounter meeting = encounter(a, b, global_, kReachMargin);
+  if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) return {};
+  const std::vector<Pair> pairs = associator_.associate_exactly(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks).pairs;
+  const std::optional<double> gate = associator_.ambiguity_gate();
+  if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) return {};
+  return landmark_pairs(meeting, pairs);
 }
 
 }  // namespace ssjs

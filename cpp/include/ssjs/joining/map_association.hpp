@@ -23,10 +23,15 @@ namespace ssjs {
 [[nodiscard]] std::vector<Pair> pair_by_identity(const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks, const LiveMap& b,
                                                  const std::vector<Eigen::Index>& b_landmarks);
 
+/// Positions in the two lists -> landmarks of the maps.
+[[nodiscard]] std::vector<Pair> landmarks_of_rows(const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& a_landmarks,
+                                                  const std::vector<Eigen::Index>& b_landmarks);
+
 struct MapAssociationConfig {
   AssociationMethod method = AssociationMethod::kJointCompatibility;
   JointCompatibilityConfig joint;
   std::optional<double> max_pairing_sigma_m;  ///< a less certain pairing is ambiguous
+  std::optional<int> randomized_above;        ///< joint compatibility is randomised where a map has more landmarks
 };
 
 class MapAssociator {
@@ -43,6 +48,8 @@ class MapAssociator {
   /// The same without a draw: joint compatibility wherever identities are not known.
   [[nodiscard]] Hypothesis associate_exactly(const PairingProblem& problem, const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks,
                                              const LiveMap& b, const std::vector<Eigen::Index>& b_landmarks) const;
+  /// All landmarks of equal source identity, wherever they are.
+  [[nodiscard]] static std::vector<Pair> pair_all_by_identity(const LiveMap& a, const LiveMap& b);
 
  private:
   MapAssociationConfig config_;

@@ -7,6 +7,7 @@
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/features/tree_detector.hpp"
+#include "ssjs/joining/divide_and_conquer.hpp"
 #include "ssjs/joining/selective.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
 #include "ssjs/sensors/ackerman.hpp"
@@ -15,7 +16,7 @@
 
 namespace ssjs {
 
-enum class Method { kSelective, kEkf };
+enum class Method { kSelective, kEkf, kSequential, kDivideAndConquer, kHierarchical, kConstrainedLocal, kSelectiveThesis };
 enum class VehicleKind { kAckerman, kUnicycle, kIncrements };
 
 struct VehicleConfig {
@@ -41,16 +42,26 @@ struct SlamConfig {
   ScanAssociationConfig association;
   SubmapBuilderConfig submap;
   SelectiveJoinerConfig joining;
+  DivideAndConquerConfig dcs;
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("method", method, Choices<Method>{{"ssjs", Method::kSelective}, {"ekf", Method::kEkf}},
-             "selective submap joining, or one endless EKF map");
+    v.choice("method", method,
+             Choices<Method>{{"ssjs", Method::kSelective},
+                             {"ekf", Method::kEkf},
+                             {"lmj", Method::kSequential},
+                             {"dcs", Method::kDivideAndConquer},
+                             {"hs", Method::kHierarchical},
+                             {"clsf", Method::kConstrainedLocal},
+                             {"ssjs-thesis", Method::kSelectiveThesis}},
+             "selective submap joining; one endless EKF map; submaps joined in sequence (lmj), by divide and conquer (dcs), tied by their "
+             "links alone (hs), constrained to a global map (clsf); selective joining as printed in the thesis (ssjs-thesis)");
     v.section("vehicle", vehicle, "how the vehicle moves");
     v.section("sensor", sensor, "range and bearing of landmarks");
     v.section("trees", trees, "landmarks from laser scans");
     v.section("association", association, "which observation is of which landmark");
     v.section("submap", submap, "local maps");
     v.section("joining", joining, "the global level");
+    v.section("dcs", dcs, "divide and conquer");
   }
 
   /// Every violation, rules between fields included; empty when valid.
