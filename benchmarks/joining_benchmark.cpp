@@ -39,7 +39,7 @@ void BM_Fuse(benchmark::State& state) {
     std::vector<bool> is_port(fusion.map.poses.size(), false);
     is_port.front() = true;
     set_ports(fusion.map, is_port);
-    benchmark::DoNotOptimize(fusion.map.C.data());
+    benchmark::DoNotOptimize(fusion.map.K.data());
   }
 }
 BENCHMARK(BM_Fuse)->Arg(1)->Arg(10)->Arg(30)->Arg(100)->Arg(300)->Unit(benchmark::kMicrosecond);

@@ -1,6 +1,7 @@
 #include "ssjs/geometry/gaussian.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "ssjs/base/error.hpp"
 
@@ -24,6 +25,19 @@ Eigen::MatrixXd cholesky_lower(const Eigen::Ref<const Eigen::MatrixXd>& S, const
     throw NotPositiveDefinite(matrix, detail);
   }
   return factor.matrixL();
+}
+
+void mirror_lower(Eigen::Ref<Eigen::MatrixXd> P) {
+  constexpr Eigen::Index kTile = 32;  // tile by tile for the sake of the cache
+  for (Eigen::Index column = 0; column < P.cols(); column += kTile) {
+    const Eigen::Index columns = std::min(kTile, P.cols() - column);
+    auto diagonal = P.block(column, column, columns, columns);
+    diagonal.triangularView<Eigen::StrictlyUpper>() = diagonal.transpose();
+    for (Eigen::Index row = column + kTile; row < P.rows(); row += kTile) {
+      const Eigen::Index rows = std::min(kTile, P.rows() - row);
+      P.block(column, row, columns, rows) = P.block(row, column, rows, columns).transpose();
+    }
+  }
 }
 
 }  // namespace ssjs

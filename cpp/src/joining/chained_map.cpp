@@ -46,13 +46,13 @@ GaussianSe2 pose_of(const LiveMap& map, Eigen::Index pose) {
 
 /// Pairs of landmarks of the maps; those whose relative position is too unsure are left out as ambiguous.
 std::vector<Pair> associate(const LiveMap& a, const LiveMap& b, MapAssociator& associator, JoinReport& report) {
+  if (associator.identities_are_known()) return pair_by_identity(a, b);
   const MapPlacement placement = placement_inside(a, b.base);
-  if (associator.identities_are_known()) return associator.pair_all_by_identity(a, b);
   const MapMeeting meeting = meet(a, b, placement);
   if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) return {};
-  const Hypothesis hypothesis = associator.associate(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
+  const Hypothesis hypothesis = associator.associate(meeting.problem);
   report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
-  std::vector<Pair> pairs = landmarks_of_rows(hypothesis.pairs, meeting.a_landmarks, meeting.b_landmarks);
+  std::vector<Pair> pairs = landmark_pairs(meeting, hypothesis.pairs);
   const auto gate = associator.ambiguity_gate();
   const auto ambiguous = [&](const Pair& pair) { return !(displacement_sigma(a, b, placement, pair) <= *gate); };
   if (gate) pairs.erase(std::remove_if(pairs.begin(), pairs.end(), ambiguous), pairs.end());

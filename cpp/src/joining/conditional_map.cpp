@@ -46,6 +46,7 @@ WorldMap to_world(const LiveMap& map, const GlobalMap& global) {
     world.global_T_pose.push_back(global.pose(map.poses[static_cast<std::size_t>(i)]));
     world.J_poses.block<3, 3>(3 * i, 3 * (i + 1)).setIdentity();
   }
+  const Eigen::MatrixXd C = map.conditional_covariance();
   for (Eigen::Index i = 0; i < internal; ++i) {
     const Se2 base_T_pose = Se2::from_vector(local.mean.segment<3>(3 * i));
     const Eigen::Index row = 3 * (map.ports + i);
@@ -53,7 +54,7 @@ WorldMap to_world(const LiveMap& map, const GlobalMap& global) {
     world.J_poses.middleRows<3>(row) = J_right * local.J.middleRows<3>(3 * i);
     world.J_poses.block<3, 3>(row, 0) += compose_jacobian_left(global_T_base, base_T_pose);
     for (Eigen::Index j = 0; j < internal; ++j) {
-      world.pose_noise.block<3, 3>(row, 3 * (map.ports + j)) = J_right * map.C.block<3, 3>(3 * i, 3 * j) * J_right.transpose();
+      world.pose_noise.block<3, 3>(row, 3 * (map.ports + j)) = J_right * C.block<3, 3>(3 * i, 3 * j) * J_right.transpose();
     }
   }
   const Eigen::Index n = map.landmark_count();
@@ -66,7 +67,7 @@ WorldMap to_world(const LiveMap& map, const GlobalMap& global) {
     world.landmarks.col(i) = global_T_base * base_p;
     J.noalias() = R * local.J.middleRows<2>(at);
     J.leftCols<3>() += act_jacobian(global_T_base, base_p);
-    world.landmark_covariance.push_back(J * P * J.transpose() + R * map.C.block<2, 2>(at, at) * R.transpose());  // (J-17)
+    world.landmark_covariance.push_back(J * P * J.transpose() + R * C.block<2, 2>(at, at) * R.transpose());  // (J-17)
   }
   return world;
 }

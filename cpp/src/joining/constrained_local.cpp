@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/geometry/gaussian.hpp"
 
 namespace ssjs {
 namespace {
@@ -69,7 +70,7 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
   P.block<3, 3>(exit, exit) = P_own.topLeftCorner<3, 3>();
   P.block(from_b, exit, n - from_b, 3) = P_own.bottomLeftCorner(n - from_b, 3);
   P.bottomRightCorner(n - from_b, n - from_b) = P_own.bottomRightCorner(n - from_b, n - from_b);
-  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  mirror_lower(P);
 
   // (K-2) The constraint C x = 0: a landmark of a minus its partner from b; and the weighted projection of x onto it.
   Fusion fusion;
@@ -97,7 +98,7 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
     const Eigen::VectorXd whitened = L.triangularView<Eigen::Lower>().solve(Cx);
     x.noalias() -= Y * whitened;
     P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
-    P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+    mirror_lower(P);
     fusion.chi_squared = whitened.squaredNorm();
   }
 

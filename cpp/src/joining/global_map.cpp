@@ -17,20 +17,6 @@ Eigen::Index position(const std::vector<int>& bases, int base) {
   return found - bases.begin();
 }
 
-/// Copies the lower triangle to the upper one, tile by tile for the sake of the cache.
-void mirror_lower(Eigen::Ref<Eigen::MatrixXd> P) {
-  constexpr Eigen::Index kTile = 32;
-  for (Eigen::Index column = 0; column < P.cols(); column += kTile) {
-    const Eigen::Index columns = std::min(kTile, P.cols() - column);
-    auto diagonal = P.block(column, column, columns, columns);
-    diagonal.triangularView<Eigen::StrictlyUpper>() = diagonal.transpose();
-    for (Eigen::Index row = column + kTile; row < P.rows(); row += kTile) {
-      const Eigen::Index rows = std::min(kTile, P.rows() - row);
-      P.block(column, row, columns, rows) = P.block(row, column, rows, columns).transpose();
-    }
-  }
-}
-
 }  // namespace
 
 GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
@@ -63,8 +49,7 @@ void GlobalMap::attach(const LiveMap& map) {
     const Eigen::Index at = 3 * position(live_, map.base);
     const Eigen::Matrix3d J1 = compose_jacobian_left(global_T_base, base_T_next.mean);
     const Eigen::Matrix3d J2 = compose_jacobian_right(global_T_base);
-    P_.block(n, 0, 3, n).noalias() = J1 * P_.block(at, 0, 3, n);
-    P_.block(0, n, n, 3) = P_.block(n, 0, 3, n).transpose();
+    P_.block(n, 0, 3, n).noalias() = J1 * dense_columns(at).transpose();
     P_.block<3, 3>(n, n) = J1 * P_.block<3, 3>(at, at) * J1.transpose() + J2 * base_T_next.covariance * J2.transpose();
   }
   live_.push_back(next);
@@ -117,13 +102,21 @@ Eigen::Matrix3d GlobalMap::sparse_cross_covariance(int row_base, int column_base
   return cross + Phi * column->noise;
 }
 
+Eigen::MatrixXd GlobalMap::dense_columns(Eigen::Index at) const {
+  const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
+  Eigen::MatrixXd columns(n, 3);
+  columns.topRows(at) = P_.block(at, 0, 3, at).transpose();
+  columns.bottomRows(n - at) = P_.block(at, at, n - at, 3);
+  return columns;
+}
+
 void GlobalMap::correct(const JoinEvidence& evidence) {
   const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
   const Eigen::Index rows = evidence.residual.size();
   Eigen::MatrixXd PHt = Eigen::MatrixXd::Zero(n, rows);
   for (std::size_t i = 0; i < evidence.bases.size(); ++i) {
     const Eigen::Index at = 3 * position(live_, evidence.bases[i]);
-    PHt.noalias() += P_.block(0, at, n, 3) * evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)).transpose();
+    PHt.noalias() += dense_columns(at) * evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)).transpose();
   }
   Eigen::MatrixXd S = evidence.noise;
   for (std::size_t i = 0; i < evidence.bases.size(); ++i) {
@@ -131,11 +124,11 @@ void GlobalMap::correct(const JoinEvidence& evidence) {
     S.noalias() += evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)) * PHt.middleRows<3>(at);
   }
   const Eigen::MatrixXd L = cholesky_lower(S, "innovation covariance of the bases", "map-to-map pairing");
-  const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(PHt.transpose()).transpose();
+  Eigen::MatrixXd& Y = PHt;  // from here on P H' L^-T
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(Y);
   const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);  // (J-14)
   auto P = P_.topLeftCorner(n, n);
   P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
-  mirror_lower(P);
   // (J-15): the step is additive; in invariant coordinates xi = M^-1 step, X <- Exp(xi) X, and the covariance, constant in xi,
   // returns to additive coordinates at the new X: P <- T P T' with T = M(new) M(old)^-1, which only adds multiples of heading rows.
   Eigen::Matrix2Xd moved_by(2, n / 3);
@@ -146,17 +139,19 @@ void GlobalMap::correct(const JoinEvidence& evidence) {
     moved_by.col(static_cast<Eigen::Index>(i)) << moved.x - X.x, moved.y - X.y;
     X = moved;
   }
-  for (Eigen::Index base = 0; base < n; base += 3) {
-    P.col(base) -= moved_by(1, base / 3) * P.col(base + 2);
-    P.col(base + 1) += moved_by(0, base / 3) * P.col(base + 2);
-  }
-  for (Eigen::Index column = 0; column < n; ++column) {
-    for (Eigen::Index base = 0; base < n; base += 3) {
-      P(base, column) -= moved_by(1, base / 3) * P(base + 2, column);
-      P(base + 1, column) += moved_by(0, base / 3) * P(base + 2, column);
+  for (Eigen::Index at = 0; at < n; at += 3) {
+    auto columns = P.block(at, at, n - at, 3);
+    mirror_lower(columns.topRows<3>());
+    columns.col(0) -= moved_by(1, at / 3) * columns.col(2);
+    columns.col(1) += moved_by(0, at / 3) * columns.col(2);
+    for (auto column : columns.colwise()) {
+      for (Eigen::Index i = 0; i < n - at; i += 3) {
+        column(i) -= moved_by(1, (at + i) / 3) * column(i + 2);
+        column(i + 1) += moved_by(0, (at + i) / 3) * column(i + 2);
+      }
     }
+    mirror_lower(columns.topRows<3>());
   }
-  mirror_lower(P);
 }
 
 void GlobalMap::forget_unused_bases() {
@@ -172,8 +167,9 @@ void GlobalMap::forget_unused_bases() {
       const auto last = static_cast<Eigen::Index>(3 * (live_.size() - 1));
       const auto at = static_cast<Eigen::Index>(3 * i);
       if (at != last) {
-        P_.block(at, 0, 3, last + 3) = P_.block(last, 0, 3, last + 3).eval();
-        P_.block(0, at, last + 3, 3) = P_.block(0, last, last + 3, 3).eval();
+        P_.block(at, 0, 3, at) = P_.block(last, 0, 3, at);
+        P_.block<3, 3>(at, at) = P_.block<3, 3>(last, last);
+        P_.block(at + 3, at, last - at - 3, 3) = P_.block(last, at + 3, 3, last - at - 3).transpose();
       }
     }
     live_[i] = live_.back();
@@ -231,7 +227,9 @@ Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
   Eigen::MatrixXd joint(3 * bases.size(), 3 * bases.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (std::size_t j = 0; j < rows.size(); ++j) {
-      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) = P_.block<3, 3>(rows[i], rows[j]);
+      const bool below = rows[i] >= rows[j];
+      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) =
+          below ? Eigen::Matrix3d(P_.block<3, 3>(rows[i], rows[j])) : Eigen::Matrix3d(P_.block<3, 3>(rows[j], rows[i]).transpose());
     }
   }
   return joint;

@@ -25,15 +25,13 @@ void set_conditional_form(LiveMap& map) {
   const Eigen::Index m = map.mean.size() - s;
   if (s == 0) {
     map.K.resize(m, 0);
-    map.C = map.covariance;
     return;
   }
   const std::string name = "map at base " + std::to_string(map.base);
   const Eigen::MatrixXd L = cholesky_lower(map.covariance.topLeftCorner(s, s), "port covariance", name.c_str());
-  const Eigen::MatrixXd W = L.triangularView<Eigen::Lower>().solve(map.covariance.topRightCorner(s, m));
-  map.K = L.transpose().triangularView<Eigen::Upper>().solve(W).transpose();  // (J-2): K = P_ms P_ss^-1
-  map.C = map.covariance.bottomRightCorner(m, m);
-  map.C.noalias() -= W.transpose() * W;  // (J-2): C = P_mm - K P_sm
+  map.K = map.covariance.bottomLeftCorner(m, s);  // (J-2): K = P_ms P_ss^-1
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(map.K);
+  L.triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(map.K);
 }
 
 void set_extent(LiveMap& map) {
@@ -52,6 +50,18 @@ std::optional<Eigen::Index> LiveMap::pose_of(int base_index) const {
   const auto found = std::find(poses.begin(), poses.end(), base_index);
   if (found == poses.end()) return std::nullopt;
   return found - poses.begin();
+}
+
+Eigen::MatrixXd LiveMap::conditional_covariance() const {
+  const Eigen::Index m = mean.size() - port_size();
+  return conditional_covariance(Eigen::VectorXi::LinSpaced(m, 0, static_cast<int>(m) - 1));
+}
+
+Eigen::MatrixXd LiveMap::conditional_covariance(const Eigen::VectorXi& of_m) const {
+  const Eigen::VectorXi rows = of_m.array() + static_cast<int>(port_size());
+  Eigen::MatrixXd C = covariance(rows, rows);
+  C.noalias() -= K(of_m, Eigen::all) * covariance(Eigen::seqN(0, port_size()), rows);  // (J-2)
+  return 0.5 * (C + C.transpose());
 }
 
 LiveMap live_map_of(const Submap& submap) {

@@ -26,16 +26,16 @@ std::optional<std::vector<Pair>> attempt_loop(const LiveMap& a, const LiveMap& b
   const auto begin = std::chrono::steady_clock::now();
   std::vector<Pair> pairs;
   if (associator.identities_are_known()) {
-    pairs = MapAssociator::pair_all_by_identity(a, b);
+    pairs = pair_by_identity(a, b);
   } else {
     const MapMeeting meeting = meet(a, b, placement);
     if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) {
-      attempt.reason = "too few landmarks near each other";
+      attempt.reason = "too few landmarks in common";
       return std::nullopt;
     }
-    const Hypothesis hypothesis = associator.associate(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
+    const Hypothesis hypothesis = associator.associate(meeting.problem);
     report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
-    pairs = landmarks_of_rows(hypothesis.pairs, meeting.a_landmarks, meeting.b_landmarks);
+    pairs = landmark_pairs(meeting, hypothesis.pairs);
   }
   report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   attempt.pairs = static_cast<int>(pairs.size());

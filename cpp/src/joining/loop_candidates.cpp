@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ssjs {
 namespace {
@@ -47,6 +48,46 @@ std::vector<Eigen::Index> columns_in(std::vector<int>& all, const std::vector<in
   return columns;
 }
 
+/// The encounter of the listed landmarks, without the problem's covariances.
+Encounter meet(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const ConditionalMap& in_a, const ConditionalMap& in_b,
+               std::vector<Eigen::Index> a_landmarks, std::vector<Eigen::Index> b_landmarks) {
+  Encounter meeting;
+  meeting.a_landmarks = std::move(a_landmarks);
+  meeting.b_landmarks = std::move(b_landmarks);
+  const RelativePose tau = relative_pose(global.pose(a.base), global.pose(b.base));
+  const auto n_a = static_cast<Eigen::Index>(meeting.a_landmarks.size());
+  const auto n_b = static_cast<Eigen::Index>(meeting.b_landmarks.size());
+  const std::vector<Eigen::Index> columns_a = columns_in(meeting.bases, in_a.bases);
+  const std::vector<Eigen::Index> columns_b = columns_in(meeting.bases, in_b.bases);
+  const auto u = static_cast<Eigen::Index>(3 * meeting.bases.size());
+  meeting.J_a.setZero(2 * n_a, u);
+  meeting.J_b.setZero(2 * n_b, u);
+  const Eigen::VectorXi rows_a = landmark_rows(a, meeting.a_landmarks);
+  const Eigen::VectorXi rows_b = landmark_rows(b, meeting.b_landmarks);
+  meeting.problem.predicted = in_a.mean(rows_a);
+  meeting.problem.observed.resize(2 * n_b);
+  for (std::size_t i = 0; i < columns_a.size(); ++i) {
+    meeting.J_a.middleCols<3>(columns_a[i]) = in_a.J(rows_a, Eigen::seqN(static_cast<Eigen::Index>(3 * i), Eigen::fix<3>));
+  }
+  const Eigen::Matrix2d R = tau.i_T_j.rotation();
+  meeting.noise_a = a.conditional_covariance(rows_a);
+  meeting.noise_b = b.conditional_covariance(rows_b);
+  for (Eigen::Index i = 0; i < n_b; ++i) {  // q = tau * m_b(s_b(X)), (J-7)
+    const Eigen::Vector2d b_p = in_b.mean.segment<2>(rows_b(2 * i));
+    meeting.problem.observed.segment<2>(2 * i) = tau.i_T_j * b_p;
+    for (std::size_t j = 0; j < columns_b.size(); ++j) {
+      meeting.J_b.block<2, 3>(2 * i, columns_b[j]) = R * in_b.J.block<2, 3>(rows_b(2 * i), static_cast<Eigen::Index>(3 * j));
+    }
+    const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, b_p);
+    meeting.J_b.block<2, 3>(2 * i, columns_a.front()) += J_tau * tau.J_i;
+    meeting.J_b.block<2, 3>(2 * i, columns_b.front()) += J_tau * tau.J_j;
+    meeting.noise_b.middleRows<2>(2 * i) = R * meeting.noise_b.middleRows<2>(2 * i).eval();
+  }
+  for (Eigen::Index i = 0; i < n_b; ++i) meeting.noise_b.middleCols<2>(2 * i) = meeting.noise_b.middleCols<2>(2 * i).eval() * R.transpose();
+  meeting.P_bases = global.covariance(meeting.bases);
+  return meeting;
+}
+
 }  // namespace
 
 RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global) {
@@ -64,46 +105,12 @@ RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const G
 }
 
 Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m) {
-  Encounter meeting;
   const ConditionalMap in_a = condition_on_ports(a, global);
   const ConditionalMap in_b = condition_on_ports(b, global);
-  const RelativePose tau = relative_pose(global.pose(a.base), global.pose(b.base));
-  const auto a_points = landmarks_of(a, in_a);
-  const auto b_points = landmarks_of(b, in_b);
-  meeting.a_landmarks = within_reach(a_points, Se2{}, tau.i_T_j * b.centroid, b.radius + reach_m);
-  meeting.b_landmarks = within_reach(b_points, tau.i_T_j, a.centroid, a.radius + reach_m);
-  const auto n_a = static_cast<Eigen::Index>(meeting.a_landmarks.size());
-  const auto n_b = static_cast<Eigen::Index>(meeting.b_landmarks.size());
-
-  const std::vector<Eigen::Index> columns_a = columns_in(meeting.bases, in_a.bases);
-  const std::vector<Eigen::Index> columns_b = columns_in(meeting.bases, in_b.bases);
-  const auto u = static_cast<Eigen::Index>(3 * meeting.bases.size());
-  meeting.J_a.setZero(2 * n_a, u);
-  meeting.J_b.setZero(2 * n_b, u);
-  const Eigen::VectorXi rows_a = landmark_rows(a, meeting.a_landmarks);
-  const Eigen::VectorXi rows_b = landmark_rows(b, meeting.b_landmarks);
-  meeting.problem.predicted = in_a.mean(rows_a);
-  meeting.problem.observed.resize(2 * n_b);
-  for (std::size_t i = 0; i < columns_a.size(); ++i) {
-    meeting.J_a.middleCols<3>(columns_a[i]) = in_a.J(rows_a, Eigen::seqN(static_cast<Eigen::Index>(3 * i), Eigen::fix<3>));
-  }
-  const Eigen::Matrix2d R = tau.i_T_j.rotation();
-  meeting.noise_a = a.C(rows_a, rows_a);
-  meeting.noise_b = b.C(rows_b, rows_b);
-  for (Eigen::Index i = 0; i < n_b; ++i) {  // q = tau * m_b(s_b(X)), (J-7)
-    const Eigen::Vector2d b_p = in_b.mean.segment<2>(rows_b(2 * i));
-    meeting.problem.observed.segment<2>(2 * i) = tau.i_T_j * b_p;
-    for (std::size_t j = 0; j < columns_b.size(); ++j) {
-      meeting.J_b.block<2, 3>(2 * i, columns_b[j]) = R * in_b.J.block<2, 3>(rows_b(2 * i), static_cast<Eigen::Index>(3 * j));
-    }
-    const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, b_p);
-    meeting.J_b.block<2, 3>(2 * i, columns_a.front()) += J_tau * tau.J_i;
-    meeting.J_b.block<2, 3>(2 * i, columns_b.front()) += J_tau * tau.J_j;
-    meeting.noise_b.middleRows<2>(2 * i) = R * meeting.noise_b.middleRows<2>(2 * i).eval();
-  }
-  for (Eigen::Index i = 0; i < n_b; ++i) meeting.noise_b.middleCols<2>(2 * i) = meeting.noise_b.middleCols<2>(2 * i).eval() * R.transpose();
-
-  meeting.P_bases = global.covariance(meeting.bases);
+  const Se2 a_T_b = global.pose(a.base).inverse() * global.pose(b.base);
+  std::vector<Eigen::Index> a_landmarks = within_reach(landmarks_of(a, in_a), Se2{}, a_T_b * b.centroid, b.radius + reach_m);
+  std::vector<Eigen::Index> b_landmarks = within_reach(landmarks_of(b, in_b), a_T_b, a.centroid, a.radius + reach_m);
+  Encounter meeting = meet(a, b, global, in_a, in_b, std::move(a_landmarks), std::move(b_landmarks));
   const Eigen::MatrixXd PJt_b = meeting.P_bases * meeting.J_b.transpose();
   meeting.problem.predicted_covariance = meeting.noise_a;
   meeting.problem.predicted_covariance.noalias() += meeting.J_a * (meeting.P_bases * meeting.J_a.transpose()).eval();
@@ -111,6 +118,15 @@ Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
   meeting.problem.observed_covariance.noalias() += meeting.J_b * PJt_b;
   meeting.problem.cross_covariance.noalias() = meeting.J_a * PJt_b;
   return meeting;
+}
+
+Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const std::vector<Pair>& landmark_pairs) {
+  std::vector<Eigen::Index> a_landmarks, b_landmarks;
+  for (const Pair& pair : landmark_pairs) {
+    a_landmarks.push_back(pair.prediction);
+    b_landmarks.push_back(pair.observation);
+  }
+  return meet(a, b, global, condition_on_ports(a, global), condition_on_ports(b, global), std::move(a_landmarks), std::move(b_landmarks));
 }
 
 double displacement_sigma(const Encounter& meeting, const std::vector<Pair>& pairs) {

@@ -96,6 +96,16 @@ MapMeeting meet(const LiveMap& a, const LiveMap& b, const MapPlacement& placemen
   return meeting;
 }
 
+std::vector<Pair> landmark_pairs(const MapMeeting& meeting, const std::vector<Pair>& pairs) {
+  std::vector<Pair> of_maps;
+  of_maps.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    of_maps.push_back(
+        {meeting.b_landmarks[static_cast<std::size_t>(pair.observation)], meeting.a_landmarks[static_cast<std::size_t>(pair.prediction)]});
+  }
+  return of_maps;
+}
+
 double displacement_sigma(const LiveMap& a, const LiveMap& b, const MapPlacement& placement, const Pair& pair) {
   const Eigen::Matrix<double, 2, 3> J = act_jacobian(placement.a_T_b.mean, b.mean(b.landmark(pair.observation)));
   Eigen::Matrix2d covariance = J * placement.a_T_b.covariance * J.transpose();

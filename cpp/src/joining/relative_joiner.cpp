@@ -78,7 +78,7 @@ WorldEstimate RelativeJoiner::estimate(BaseCovariance covariance) const {
     estimate.maps.push_back({base, map.members, static_cast<int>(map.landmark_count())});
   }
   const auto paired = [&](const LiveMap& a, const LiveMap& b) -> std::vector<Pair> {
-    if (associator_.identities_are_known()) return MapAssociator::pair_all_by_identity(a, b);
+    if (associator_.identities_are_known()) return pair_by_identity(a, b);
     const RelativePose tau = relative_pose(links_.global_T_base(a.base), links_.global_T_base(b.base));
     const Eigen::Matrix3d cross = tau.J_i * P(at(a.base), at(b.base)) * tau.J_j.transpose();
     const GaussianSe2 a_T_b{tau.i_T_j, tau.J_i * P(at(a.base), at(a.base)) * tau.J_i.transpose() + cross + cross.transpose() +
@@ -86,8 +86,8 @@ WorldEstimate RelativeJoiner::estimate(BaseCovariance covariance) const {
     const MapPlacement placement{a_T_b, {}};
     const MapMeeting meeting = meet(a, b, placement);
     if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) return {};
-    const Hypothesis hypothesis = associator_.associate_exactly(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
-    std::vector<Pair> pairs = landmarks_of_rows(hypothesis.pairs, meeting.a_landmarks, meeting.b_landmarks);
+    const Hypothesis hypothesis = associator_.associate_exactly(meeting.problem);
+    std::vector<Pair> pairs = landmark_pairs(meeting, hypothesis.pairs);
     const auto gate = associator_.ambiguity_gate();
     for (const Pair& pair : pairs) {
       if (gate && !(displacement_sigma(a, b, placement, pair) <= *gate)) return {};

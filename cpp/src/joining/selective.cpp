@@ -14,6 +14,17 @@
 #include "ssjs/joining/nearby_maps.hpp"
 
 namespace ssjs {
+namespace {
+
+/// Pair i of the rows i of an encounter of pairs.
+std::vector<Pair> row_by_row(std::size_t count) {
+  std::vector<Pair> pairs;
+  for (std::size_t i = 0; i < count; ++i) pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)});
+  return pairs;
+}
+
+}  // namespace
+
 SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
                                  std::optional<int> max_submap_landmarks, std::uint64_t seed)
     : config_(config),
@@ -57,6 +68,17 @@ std::vector<int> SelectiveJoiner::candidates_for(const LiveMap& fresh) const {
       [&](const LiveMap& map) { return relative_placement(map, fresh, global_, global_.covariance_bound(map.base, fresh.base)); });
 }
 
+std::vector<Pair> SelectiveJoiner::associate(const LiveMap& a, const LiveMap& b, double reach_m, int needed, JoinReport& report) {
+  if (associator_.identities_are_known()) return pair_by_identity(a, b);
+  const Encounter meeting = encounter(a, b, global_, reach_m);
+  if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) return {};
+  const auto begin = std::chrono::steady_clock::now();
+  const Hypothesis hypothesis = associator_.associate(meeting.problem);
+  report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
+  return landmark_pairs(meeting, hypothesis.pairs);
+}
+
 bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& attempt, JoinReport& report) {
   const LiveMap& a = maps_.at(a_base);
   const LiveMap& b = maps_.at(b_base);
@@ -67,24 +89,8 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     attempt.reason = "ambiguous: the maps' relative position is too unsure";
     return false;
   }
-  if (associator_.identities_are_known()) {
-    attempt.pairs = common_identities(a, b);
-    if (attempt.pairs < needed) {
-      attempt.reason = "too few landmarks in common";
-      return false;
-    }
-  }
-  const Encounter meeting = encounter(a, b, global_, kReachSigmas * placement.sigma_m + kReachMargin);
-  if (static_cast<int>(std::min(meeting.a_landmarks.size(), meeting.b_landmarks.size())) < needed) {
-    attempt.reason = "too few landmarks near each other";
-    return false;
-  }
-  const auto begin = std::chrono::steady_clock::now();
-  const Hypothesis hypothesis = associator_.associate(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
-  const std::vector<Pair>& pairs = hypothesis.pairs;
-  report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
-  report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  attempt.pairs = static_cast<int>(pairs.size());
+  const std::vector<Pair> of_maps = associate(a, b, kReachSigmas * placement.sigma_m + kReachMargin, needed, report);
+  attempt.pairs = static_cast<int>(of_maps.size());
   if (attempt.pairs < needed) {
     attempt.reason = "too few landmarks in common";
     return false;
@@ -93,12 +99,13 @@ bool SelectiveJoiner::compare(int a_base, int b_base, int needed, LoopAttempt& a
     attempt.reason = "the fused map would be too large";
     return false;
   }
+  const Encounter meeting = encounter(a, b, global_, of_maps);
+  const std::vector<Pair> pairs = row_by_row(of_maps.size());
   attempt.sigma_m = displacement_sigma(meeting, pairs);
   if (gate && !(attempt.sigma_m <= *gate)) {
     attempt.reason = "ambiguous: the paired landmarks' relative position is too unsure";
     return false;
   }
-  const std::vector<Pair> of_maps = landmark_pairs(meeting, pairs);
   attempt.wrong_pairs = count_wrong_pairs(of_maps, a, b);
   Fusion fusion = fuse(a, b, of_maps);
   attempt.chi_squared = fusion.chi_squared;
@@ -226,9 +233,10 @@ WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
 }
 
 std::vector<Pair> SelectiveJoiner::common_landmarks_of(const LiveMap& a, const LiveMap& b) const {
+  if (associator_.identities_are_known()) return pair_by_identity(a, b);
   const Encounter meeting = encounter(a, b, global_, kReachMargin);
   if (meeting.a_landmarks.empty() || meeting.b_landmarks.empty()) return {};
-  const std::vector<Pair> pairs = associator_.associate_exactly(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks).pairs;
+  const std::vector<Pair> pairs = associator_.associate_exactly(meeting.problem).pairs;
   const std::optional<double> gate = associator_.ambiguity_gate();
   if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) return {};
   return landmark_pairs(meeting, pairs);

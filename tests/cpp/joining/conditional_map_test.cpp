@@ -77,7 +77,7 @@ TEST(ConditionalMap, J3_OneDimensionByHand) {
   map.covariance(0, 3) = map.covariance(3, 0) = 2.0;
   set_ports(map, {true});
   EXPECT_NEAR(map.K(0, 0), 0.5, 1e-12);
-  EXPECT_NEAR(map.C(0, 0), 9.0 - 1.0, 1e-12);
+  EXPECT_NEAR(map.conditional_covariance()(0, 0), 9.0 - 1.0, 1e-12);
   const ConditionalMap conditional = condition_on_ports(map, global_map_at({{5.0, 5.0, 0.0}, {18.0, 5.0, 0.0}}));
   EXPECT_NEAR(conditional.mean(0), 8.5, 1e-12);
   EXPECT_NEAR(conditional.mean(1), 1.0, 1e-12);
@@ -112,7 +112,7 @@ TEST(ConditionalMap, J17_CovariancesInTheWorld) {
     };
     const Eigen::MatrixXd J = numeric_jacobian(landmarks, point.coordinates());
     for (Eigen::Index k = 0; k < 5; ++k) {
-      const Eigen::Matrix2d C = point.map.C.block<2, 2>(3 + 2 * k, 3 + 2 * k);  // behind the internal pose
+      const Eigen::Matrix2d C = point.map.conditional_covariance().block<2, 2>(3 + 2 * k, 3 + 2 * k);  // behind the internal pose
       const Eigen::Matrix2d expected = J.middleRows<2>(2 * k) * P * J.middleRows<2>(2 * k).transpose() + R * C * R.transpose();
       EXPECT_LE((world.landmark_covariance[static_cast<std::size_t>(k)] - expected).cwiseAbs().maxCoeff(), 1e-6);
     }
@@ -120,7 +120,7 @@ TEST(ConditionalMap, J17_CovariancesInTheWorld) {
     Eigen::Matrix3d R3 = Eigen::Matrix3d::Identity();
     R3.topLeftCorner<2, 2>() = R;
     Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(9, 9);
-    noise.bottomRightCorner<3, 3>() = R3 * point.map.C.topLeftCorner<3, 3>() * R3.transpose();
+    noise.bottomRightCorner<3, 3>() = R3 * point.map.conditional_covariance().topLeftCorner<3, 3>() * R3.transpose();
     EXPECT_LE((world.pose_noise - noise).cwiseAbs().maxCoeff(), 1e-12);
   }
 }

@@ -81,10 +81,10 @@ TEST(LoopCandidates, J7_CovariancesOfTheEncounter) {
   const Eigen::Matrix2d R = (point.base(1).inverse() * point.base(4)).rotation();
   Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(10, 10);
   for (Eigen::Index i = 0; i < 10; i += 2) turn.block<2, 2>(i, i) = R;
-  const Eigen::MatrixXd noise_b = turn * point.b.C.bottomRightCorner(10, 10) * turn.transpose();
-  EXPECT_LE((meeting.noise_a - point.a.C).cwiseAbs().maxCoeff(), 1e-14);
+  const Eigen::MatrixXd noise_b = turn * point.b.conditional_covariance().bottomRightCorner(10, 10) * turn.transpose();
+  EXPECT_LE((meeting.noise_a - point.a.conditional_covariance()).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_LE((meeting.noise_b - noise_b).cwiseAbs().maxCoeff(), 1e-12);
-  const Eigen::MatrixXd predicted = meeting.J_a * P * meeting.J_a.transpose() + point.a.C;
+  const Eigen::MatrixXd predicted = meeting.J_a * P * meeting.J_a.transpose() + point.a.conditional_covariance();
   const Eigen::MatrixXd observed = meeting.J_b * P * meeting.J_b.transpose() + noise_b;
   const double scale = observed.cwiseAbs().maxCoeff();
   EXPECT_LE((meeting.problem.predicted_covariance - predicted).cwiseAbs().maxCoeff(), 1e-12 * scale);

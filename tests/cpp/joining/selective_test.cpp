@@ -397,7 +397,7 @@ TEST(SelectiveJoiner, SaysWhyMapsWereNotFused) {
   EXPECT_EQ(reason_of(last_attempts(bent, {}, AssociationMethod::kNearestNeighbour), 0), "the maps do not fit on each other (chi-squared)");
 }
 
-TEST(SelectiveJoiner, TooFewLandmarksNearEachOther) {
+TEST(SelectiveJoiner, TooFewLandmarksNearEachOtherAreNotSearched) {
   // Two maps whose circles touch, with their landmarks at the far ends.
   World world{{{}, {1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {3.0, 0.0, 0.0}}, Eigen::Matrix2Xd(2, 8)};
   world.landmarks << 0.0, 0.1, 0.2, 0.3, 10.0, 10.1, 10.2, 10.3,  //
@@ -407,7 +407,8 @@ TEST(SelectiveJoiner, TooFewLandmarksNearEachOther) {
                                     noisy_submap(world, 2, {4, 5, 6, 7}, 0.01, rng)};
   const std::vector<LoopAttempt> loops = last_attempts(submaps, {}, AssociationMethod::kJointCompatibility);
   ASSERT_EQ(loops.size(), 1U);
-  EXPECT_EQ(loops[0].reason, "too few landmarks near each other");
+  EXPECT_EQ(loops[0].reason, "too few landmarks in common");
+  EXPECT_EQ(loops[0].pairs, 0);
 }
 
 TEST(SelectiveJoiner, WrongIdentitiesAreCounted) {

@@ -29,4 +29,7 @@ struct GaussianPoint2 {
 /// matrix and the detail when a pivot is not positive (NaN included).
 [[nodiscard]] Eigen::MatrixXd cholesky_lower(const Eigen::Ref<const Eigen::MatrixXd>& S, const char* matrix, const char* detail);
 
+/// Copies the lower triangle of P to the upper one.
+void mirror_lower(Eigen::Ref<Eigen::MatrixXd> P);
+
 }  // namespace ssjs

@@ -52,6 +52,8 @@ class GlobalMap {
   void set_factor(const LiveMap& map);
   void correct(const JoinEvidence& evidence);
   void forget_unused_bases();
+  /// P(:, base) of the dense level, 3 columns.
+  [[nodiscard]] Eigen::MatrixXd dense_columns(Eigen::Index at) const;
   void go_sparse();
   void refresh() const;  ///< sparse: factorises where that was not done yet
   void extend_tail(const LiveMap& map);
@@ -61,7 +63,7 @@ class GlobalMap {
   bool sparse_;
   std::vector<Se2> poses_;             ///< by base index; the entry of a forgotten base is its last estimate
   std::vector<int> live_;              ///< dense: in the order of P_
-  Eigen::MatrixXd P_;                  ///< dense, capacity beyond 3 * live_.size()
+  Eigen::MatrixXd P_;                  ///< dense: 3 x 3 blocks on and below the diagonal; capacity beyond 3 * live_.size()
   std::map<int, PortFactor> factors_;  ///< by the base of the map
   mutable SparsePoseSolver sparse_solver_;
   mutable bool stale_ = true;

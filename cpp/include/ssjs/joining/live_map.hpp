@@ -22,9 +22,8 @@ struct LiveMap {
   Eigen::MatrixXd covariance;
 
   // Conditional form (J-2): m = mean_m + K (s - mean_s) + e, e ~ N(0, C) independent of everything outside the map;
-  // m is all behind the ports: internal poses, then landmarks.
+  // m is all behind the ports: internal poses, then landmarks. C = P_mm - K P_sm is computed where it is asked for.
   Eigen::MatrixXd K;
-  Eigen::MatrixXd C;
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();  ///< of the landmarks
   double radius = 0.0;                                 ///< farthest landmark from the centroid
 
@@ -36,6 +35,9 @@ struct LiveMap {
   [[nodiscard]] Eigen::Index port_size() const { return 3 * ports; }
   [[nodiscard]] Se2 base_T_pose(Eigen::Index index) const { return Se2::from_vector(mean(pose(index))); }
   [[nodiscard]] std::optional<Eigen::Index> pose_of(int base_index) const;  ///< position among `poses`
+  /// C, or its rows and columns `of_m`.
+  [[nodiscard]] Eigen::MatrixXd conditional_covariance() const;
+  [[nodiscard]] Eigen::MatrixXd conditional_covariance(const Eigen::VectorXi& of_m) const;
 };
 
 /// The live map of a finished submap: one port, the exit pose.

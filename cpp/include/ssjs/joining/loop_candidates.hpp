@@ -33,6 +33,8 @@ struct Encounter {
 };
 /// reach_m: how far a landmark may lie outside the other map's circle and still be looked at.
 [[nodiscard]] Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, double reach_m);
+/// Of paired landmarks alone (row i: pair i), where no pairing is to be sought: the problem's covariances stay empty.
+[[nodiscard]] Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const std::vector<Pair>& landmark_pairs);
 
 /// Largest standard deviation, over the pairs, of the predicted displacement that the bases leave open (the ambiguity of the pairing).
 [[nodiscard]] double displacement_sigma(const Encounter& meeting, const std::vector<Pair>& pairs);

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "ssjs/association/hypothesis.hpp"
 #include "ssjs/joining/live_map.hpp"
 #include "ssjs/joining/loop_candidates.hpp"
-#include "ssjs/joining/map_association.hpp"
 
 namespace ssjs {
 
@@ -28,6 +28,9 @@ struct MapMeeting {
   std::vector<Eigen::Index> a_landmarks, b_landmarks;  ///< rows of the problem -> landmarks of the maps
 };
 [[nodiscard]] MapMeeting meet(const LiveMap& a, const LiveMap& b, const MapPlacement& placement);
+
+/// Pairs of the problem's rows -> pairs of the maps' landmarks.
+[[nodiscard]] std::vector<Pair> landmark_pairs(const MapMeeting& meeting, const std::vector<Pair>& pairs);
 
 /// Largest standard deviation of the displacement of a pair that the placement leaves open: its ambiguity. A pair of landmarks of the maps.
 [[nodiscard]] double displacement_sigma(const LiveMap& a, const LiveMap& b, const MapPlacement& placement, const Pair& pair);

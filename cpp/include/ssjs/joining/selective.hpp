@@ -76,6 +76,8 @@ class SelectiveJoiner final : public MapJoiner {
 
  private:
   [[nodiscard]] std::vector<int> candidates_for(const LiveMap& fresh) const;
+  /// Landmarks of b that are landmarks of a; reach_m as in encounter(). Not searched for when there cannot be `needed` of them.
+  [[nodiscard]] std::vector<Pair> associate(const LiveMap& a, const LiveMap& b, double reach_m, int needed, JoinReport& report);
   [[nodiscard]] std::vector<Pair> common_landmarks_of(const LiveMap& a, const LiveMap& b) const;  ///< by the present estimate
   /// Compares the map at base `b` with the one at base `a`; fuses them when they share enough. True when fused (into base a).
   bool compare(int a, int b, int needed, LoopAttempt& attempt, JoinReport& report);
