@@ -9,7 +9,7 @@ constexpr int kMaxIterations = 10;
 
 }  // namespace
 
-bool HierarchicalJoiner::close_loop(int a, int b, const GaussianSe2& /*a_T_b*/, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
+bool HierarchicalJoiner::close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
   // (H-2): the relative pose that the matches alone give; the maps stay as they are
   const Fusion match = fuse(maps_.at(a), maps_.at(b), pairs);
   attempt.chi_squared = match.chi_squared;

@@ -23,10 +23,12 @@ JoinReport RelativeJoiner::take(const Submap& submap) {
   remove_poses(fresh, {0});
   set_ports(fresh, {});
   const int needed = needed_pairs(rule_, fresh);
-  const std::vector<int> candidates = fresh.landmark_count() >= needed ? candidates_for(fresh) : std::vector<int>{};
+  const std::vector<GaussianSe2> base_T_fresh = links_.all_relative_to(fresh.base);
+  const std::vector<int> candidates = fresh.landmark_count() >= needed ? candidates_for(fresh, base_T_fresh) : std::vector<int>{};
   maps_.emplace(submap.index, std::move(fresh));
 
   int current = submap.index;  // base of the map that holds the new submap
+  bool links_have_moved = false;
   for (const int candidate : candidates) {
     LoopAttempt attempt;
     attempt.time_s = submap.end_time_s;
@@ -35,9 +37,10 @@ JoinReport RelativeJoiner::take(const Submap& submap) {
     ++report.candidates;
     const int a = std::min(candidate, current);
     const int b = std::max(candidate, current);
-    const GaussianSe2 a_T_b = links_.relative(a, b);
+    const auto a_T_b = [&] { return links_have_moved ? links_.relative(a, b) : base_T_fresh[static_cast<std::size_t>(a)]; };
     const auto pairs = attempt_loop(maps_.at(a), maps_.at(b), a_T_b, needed, associator_, attempt, report);
-    attempt.accepted = pairs && close_loop(a, b, a_T_b, *pairs, attempt);
+    attempt.accepted = pairs && close_loop(a, b, *pairs, attempt);
+    links_have_moved = links_have_moved || attempt.accepted;
     if (attempt.accepted && merges()) {
       current = a;
       ++report.fusions;
@@ -47,8 +50,7 @@ JoinReport RelativeJoiner::take(const Submap& submap) {
   return report;
 }
 
-std::vector<int> RelativeJoiner::candidates_for(const LiveMap& fresh) const {
-  const std::vector<GaussianSe2> base_T_fresh = links_.all_relative_to(fresh.base);
+std::vector<int> RelativeJoiner::candidates_for(const LiveMap& fresh, const std::vector<GaussianSe2>& base_T_fresh) const {
   return nearby_maps(
       maps_, fresh, {config_.min_pairs, config_.min_gap, associator_.ambiguity_gate()},
       [&](int base) { return links_.global_T_base(base); },

@@ -23,14 +23,16 @@ void RelativeMap::append(const GaussianSe2& link) {
 }
 
 RelativeMap::Chain RelativeMap::chain(const std::vector<Se2>& links, int i, int j) {
-  Chain chain{{}, Eigen::Matrix<double, 3, Eigen::Dynamic>(3, 3 * Eigen::Index{j - i})};
-  for (int k = j - 1; k >= i; --k) {  // tau_kj = t_k (+) tau_{k+1,j}
-    const Se2& t = links[static_cast<std::size_t>(k)];
-    const Eigen::Matrix3d J_rest = compose_jacobian_right(t);
-    auto later = chain.J.rightCols(3 * Eigen::Index{j - 1 - k});
-    later = (J_rest * later).eval();
-    chain.J.middleCols<3>(3 * Eigen::Index{k - i}) = compose_jacobian_left(t, chain.i_T_j);
-    chain.i_T_j = t * chain.i_T_j;
+  const auto from = links.begin() + i;
+  const auto n = static_cast<std::size_t>(j - i);
+  std::vector<Se2> rest(n + 1);  // tau_kj
+  for (std::size_t k = n; k-- > 0;) rest[k] = from[static_cast<std::ptrdiff_t>(k)] * rest[k + 1];
+  Chain chain{rest.front(), Eigen::Matrix<double, 3, Eigen::Dynamic>(3, static_cast<Eigen::Index>(3 * n))};
+  Se2 before;  // tau_ik
+  for (std::size_t k = 0; k < n; ++k) {
+    const Se2& link = from[static_cast<std::ptrdiff_t>(k)];
+    chain.J.middleCols<3>(static_cast<Eigen::Index>(3 * k)) = compose_jacobian_right(before) * compose_jacobian_left(link, rest[k + 1]);
+    before = before * link;
   }
   return chain;
 }

@@ -22,14 +22,14 @@ LiveMap with_pose(const LiveMap& map, int base, const GaussianSe2& map_T_base) {
 
 }  // namespace
 
-bool SelectiveThesisJoiner::close_loop(int a, int b, const GaussianSe2& a_T_b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
+bool SelectiveThesisJoiner::close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
   const LiveMap& older = maps_.at(a);
   const LiveMap& newer = maps_.at(b);
   if (older.landmark_count() + newer.landmark_count() - attempt.pairs > config().max_fused_landmarks) {
     attempt.reason = "the fused map would be too large";
     return false;
   }
-  Fusion fusion = fuse(with_pose(older, b, a_T_b), newer, pairs);  // (T-1): the chain's tau is a prior of the fusion
+  Fusion fusion = fuse(with_pose(older, b, links_.relative(a, b)), newer, pairs);  // (T-1): the chain's tau is a prior of the fusion
   attempt.chi_squared = fusion.chi_squared;
   attempt.dof = fusion.dof;
   if (!fits(attempt)) return false;

@@ -1,6 +1,7 @@
 /// Whether two maps share enough to be tied: the decision that the methods with loops have in common. docs/math/ssjs.md (Decision).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -20,9 +21,10 @@ struct LoopRule {
 [[nodiscard]] int needed_pairs(const LoopRule& rule, const LiveMap& fresh);
 
 /// Pairs of landmarks of a and b, where b is placed by an estimate independent of both; nothing when there are fewer than `needed` or
-/// the placement leaves them ambiguous. The attempt says why.
-[[nodiscard]] std::optional<std::vector<Pair>> attempt_loop(const LiveMap& a, const LiveMap& b, const GaussianSe2& a_T_b, int needed,
-                                                            MapAssociator& associator, LoopAttempt& attempt, JoinReport& report);
+/// the placement leaves them ambiguous. The attempt says why. Known identities are counted before the placement is asked for.
+[[nodiscard]] std::optional<std::vector<Pair>> attempt_loop(const LiveMap& a, const LiveMap& b, const std::function<GaussianSe2()>& a_T_b,
+                                                            int needed, MapAssociator& associator, LoopAttempt& attempt,
+                                                            JoinReport& report);
 
 /// Without known identities the chi-squared of what the pairs were used for has to lie below this quantile. Sets the attempt's reason.
 [[nodiscard]] bool fits(LoopAttempt& attempt, const MapAssociator& associator, double probability);

@@ -26,9 +26,9 @@ class RelativeJoiner : public MapJoiner {
   RelativeJoiner(const SelectiveJoinerConfig& config, AssociationMethod association, std::optional<int> max_submap_landmarks,
                  std::uint64_t seed);
 
-  /// Ties the map at base `b` to the one at base `a` < b by these pairs of their landmarks, b placed by the chain; false when they do not
-  /// fit. When `b` has become part of `a` it is erased.
-  virtual bool close_loop(int a, int b, const GaussianSe2& a_T_b, const std::vector<Pair>& pairs, LoopAttempt& attempt) = 0;
+  /// Ties the map at base `b` to the one at base `a` < b by these pairs of their landmarks; false when they do not fit. When `b` has become
+  /// part of `a` it is erased.
+  virtual bool close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) = 0;
   /// Whether a loop merges the two maps.
   [[nodiscard]] virtual bool merges() const = 0;
 
@@ -39,7 +39,7 @@ class RelativeJoiner : public MapJoiner {
   std::map<int, LiveMap> maps_;  ///< by base: landmarks only, the bases stand in links_
 
  private:
-  [[nodiscard]] std::vector<int> candidates_for(const LiveMap& fresh) const;
+  [[nodiscard]] std::vector<int> candidates_for(const LiveMap& fresh, const std::vector<GaussianSe2>& base_T_fresh) const;
 
   SelectiveJoinerConfig config_;
   MapAssociator associator_;

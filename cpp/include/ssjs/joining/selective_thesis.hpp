@@ -14,7 +14,7 @@ class SelectiveThesisJoiner final : public RelativeJoiner {
       : RelativeJoiner(config, association, max_submap_landmarks, seed) {}
 
  private:
-  bool close_loop(int a, int b, const GaussianSe2& a_T_b, const std::vector<Pair>& pairs, LoopAttempt& attempt) override;
+  bool close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) override;
   [[nodiscard]] bool merges() const override { return true; }
 };
 
