@@ -57,6 +57,11 @@ std::vector<int> RelativeJoiner::candidates_for(const LiveMap& fresh, const std:
       [&](const LiveMap& map) { return relative_placement(map, fresh, base_T_fresh[static_cast<std::size_t>(map.base)]); });
 }
 
+GaussianSe2 RelativeJoiner::global_T_newest_base() const {
+  const int newest = links_.newest_base();
+  return {links_.global_T_base(newest), links_.relative(0, newest).covariance};
+}
+
 WorldEstimate RelativeJoiner::estimate(BaseCovariance covariance) const {
   WorldEstimate estimate;
   estimate.global_T_base = links_.global_T_bases();

@@ -15,7 +15,7 @@ namespace ssjs {
 class RelativeJoiner : public MapJoiner {
  public:
   [[nodiscard]] JoinReport take(const Submap& submap) final;
-  [[nodiscard]] GaussianSe2 global_T_newest_base() const final { return links_.relative(0, links_.newest_base()); }
+  [[nodiscard]] GaussianSe2 global_T_newest_base() const final;
   JoinReport finish() final { return {}; }
   [[nodiscard]] WorldEstimate estimate(BaseCovariance covariance) const final;
 
