@@ -44,6 +44,14 @@ GaussianSe2 pose_of(const LiveMap& map, Eigen::Index pose) {
   return {map.base_T_pose(pose), map.covariance(LiveMap::pose(pose), LiveMap::pose(pose))};
 }
 
+/// remove_poses() for the rows that a large map can drop without gathering the others one by one.
+void forget_first_pose(LiveMap& map) {
+  const Eigen::Index n = map.mean.size() - 3;
+  map.poses.erase(map.poses.begin());
+  map.mean = map.mean.tail(n).eval();
+  map.covariance = map.covariance.bottomRightCorner(n, n).eval();
+}
+
 /// Pairs of landmarks of the maps; those whose relative position is too unsure are left out as ambiguous.
 std::vector<Pair> associate(const LiveMap& a, const LiveMap& b, MapAssociator& associator, JoinReport& report) {
   if (associator.identities_are_known()) return pair_by_identity(a, b);
@@ -88,7 +96,7 @@ ChainedMap join_neighbours(const ChainedMap& a, const ChainedMap& b, MergeNeighb
     for (const BorderEstimate& of_b : b.borders) joined.borders.push_back(moved(border, of_b));
     joined.borders.back() = with_end(joined.borders.back(), exit);
   }
-  remove_poses(joined.map, {0});
+  forget_first_pose(joined.map);
   return joined;
 }
 

@@ -88,30 +88,37 @@ void RelativeMap::observe(int i, int j, const GaussianSe2& i_T_j, int max_iterat
   if (!(0 <= i && i < j && j <= newest_base())) throw InvalidArgument("i, j", static_cast<double>(j), "0 <= i < j <= newest base");
   const Eigen::Index n = size();
   const Eigen::Index from = 3 * Eigen::Index{i};
+  const Eigen::Index inside = 3 * Eigen::Index{j - i};
   const std::vector<Se2> prior = links_;
   const std::string name = "loop between the bases " + std::to_string(i) + " and " + std::to_string(j);
-  Eigen::MatrixXd W(n, 3);
+  const auto move = [&](int first, int last, const Eigen::Ref<const Eigen::MatrixXd>& W, const Eigen::Vector3d& gain) {  // (H-2)
+    double change = 0.0;
+    for (int k = first; k < last; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      const Se2 updated = additive_step(prior[at], W.middleRows<3>(3 * Eigen::Index{k - first}) * gain);
+      change = std::max(change, additive_difference(updated, links_[at]).lpNorm<Eigen::Infinity>());
+      links_[at] = updated;
+    }
+    return change;
+  };
+  Chain tau;
   Eigen::MatrixXd L;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const Chain tau = chain(links_, i, j);
-    W.noalias() = P_.block(0, from, n, tau.J.cols()) * tau.J.transpose();
-    const Eigen::Matrix3d S = tau.J * W.middleRows(from, tau.J.cols()) + i_T_j.covariance;
-    L = cholesky_lower(S, "innovation covariance of a loop", name.c_str());
+  Eigen::Vector3d gain;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {  // only the links inside the loop are in the constraint
+    tau = chain(links_, i, j);
+    const Eigen::MatrixXd W = P_.block(from, from, inside, inside) * tau.J.transpose();
+    L = cholesky_lower(tau.J * W + i_T_j.covariance, "innovation covariance of a loop", name.c_str());
     Eigen::Vector3d innovation = additive_difference(i_T_j.mean, tau.i_T_j);
-    for (int k = i; k < j; ++k) {  // about the prior: - H (x_0 - x_m)
+    for (int k = i; k < j; ++k) {
       const auto at = static_cast<std::size_t>(k);
       innovation -= tau.J.middleCols<3>(3 * Eigen::Index{k - i}) * additive_difference(prior[at], links_[at]);
     }
     const Eigen::Vector3d half = L.triangularView<Eigen::Lower>().solve(innovation);
-    const Eigen::Vector3d gain = L.transpose().triangularView<Eigen::Upper>().solve(half);
-    double change = 0.0;
-    for (std::size_t k = 0; k < links_.size(); ++k) {  // (H-2)
-      const Se2 updated = additive_step(prior[k], W.middleRows<3>(static_cast<Eigen::Index>(3 * k)) * gain);
-      change = std::max(change, additive_difference(updated, links_[k]).lpNorm<Eigen::Infinity>());
-      links_[k] = updated;
-    }
-    if (!(change > kSettled)) break;
+    gain = L.transpose().triangularView<Eigen::Upper>().solve(half);
+    if (!(move(i, j, W, gain) > kSettled)) break;
   }
+  const Eigen::MatrixXd W = P_.block(0, from, n, inside) * tau.J.transpose();
+  move(0, newest_base(), W, gain);
   const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(W.transpose()).transpose();
   for (Eigen::Index c = 0; c < n; ++c) P_.col(c).head(n).noalias() -= Y * Y.row(c).transpose();  // (H-3)
   for (std::size_t k = 0; k < links_.size(); ++k) global_T_base_[k + 1] = global_T_base_[k] * links_[k];
