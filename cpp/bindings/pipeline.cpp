@@ -137,8 +137,7 @@ py::dict to_python(const MissionResult& result) {
   counters["submaps"] = result.submaps.size();
   counters["loop_candidates"] = result.loop_candidates;
   counters["loop_closures"] = result.loop_closures;
-  counters["fusions"] = std::count_if(result.loops.begin(), result.loops.end(),  // a loop closed by fusing has a cost
-                                      [](const LoopAttempt& loop) { return loop.accepted && loop.chi_squared.has_value(); });
+  counters["fusions"] = result.fusions;
   counters["wrong_pairs"] = result.map_identities_known ? py::cast(result.map_wrong_pairs) : py::none();
   counters["scan_wrong_pairs"] = result.scan_wrong_pairs;
   counters["budget_exhausted"] = result.budget_exhausted;

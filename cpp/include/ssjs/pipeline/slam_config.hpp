@@ -10,6 +10,7 @@
 #include "ssjs/joining/augmented.hpp"
 #include "ssjs/joining/compressed.hpp"
 #include "ssjs/joining/conditionally_independent.hpp"
+#include "ssjs/joining/divide_and_conquer.hpp"
 #include "ssjs/joining/selective.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
 #include "ssjs/sensors/ackerman.hpp"
@@ -18,7 +19,18 @@
 
 namespace ssjs {
 
-enum class Method { kSelective, kEkf, kAugmentedEkf, kCompressedEkf, kConditionallyIndependent };
+enum class Method {
+  kSelective,
+  kEkf,
+  kAugmentedEkf,
+  kCompressedEkf,
+  kConditionallyIndependent,
+  kSequential,
+  kDivideAndConquer,
+  kHierarchical,
+  kConstrainedLocal,
+  kSelectiveThesis
+};
 enum class VehicleKind { kAckerman, kUnicycle, kIncrements };
 
 struct VehicleConfig {
@@ -47,15 +59,24 @@ struct SlamConfig {
   ConditionallyIndependentConfig cis;
   CompressedEkfConfig cekf;
   AugmentedEkfConfig aekf;
+  DivideAndConquerConfig dcs;
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("method", method,
-             Choices<Method>{{"ssjs", Method::kSelective},
-                             {"ekf", Method::kEkf},
-                             {"aekf", Method::kAugmentedEkf},
-                             {"cekf", Method::kCompressedEkf},
-                             {"cis", Method::kConditionallyIndependent}},
-             "selective submap joining; one endless EKF map, plain, augmented or compressed; conditionally independent submaps");
+    v.choice(
+        "method", method,
+        Choices<Method>{{"ssjs", Method::kSelective},
+                        {"ekf", Method::kEkf},
+                        {"aekf", Method::kAugmentedEkf},
+                        {"lmj", Method::kSequential},
+                        {"dcs", Method::kDivideAndConquer},
+                        {"hs", Method::kHierarchical},
+                        {"cis", Method::kConditionallyIndependent},
+                        {"cekf", Method::kCompressedEkf},
+                        {"clsf", Method::kConstrainedLocal},
+                        {"ssjs-thesis", Method::kSelectiveThesis}},
+        "selective submap joining; one endless EKF map, plain, augmented (aekf) or compressed (cekf); submaps joined in sequence (lmj), "
+        "by divide and conquer (dcs), tied by their links alone (hs), conditionally independent (cis), constrained to a global map "
+        "(clsf); selective joining as printed in the thesis (ssjs-thesis)");
     v.section("vehicle", vehicle, "how the vehicle moves");
     v.section("sensor", sensor, "range and bearing of landmarks");
     v.section("trees", trees, "landmarks from laser scans");
@@ -65,6 +86,7 @@ struct SlamConfig {
     v.section("cis", cis, "conditionally independent submaps");
     v.section("cekf", cekf, "compressed EKF");
     v.section("aekf", aekf, "augmented EKF");
+    v.section("dcs", dcs, "divide and conquer");
   }
 
   /// Every violation, rules between fields included; empty when valid.
