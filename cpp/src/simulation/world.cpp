@@ -167,7 +167,7 @@ World aekf_loop_world(std::uint64_t seed) {
   const auto distance_to_path = [&](const Eigen::Vector2d& p) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < circuit.size(); ++i) {
-      const Eigen::Vector2d from = circuit[i];
+      const Eigen::Vector2d& from = circuit[i];
       const Eigen::Vector2d along = circuit[(i + 1) % circuit.size()] - from;
       const double t = std::clamp(along.dot(p - from) / along.squaredNorm(), 0.0, 1.0);
       least = std::min(least, (from + t * along - p).norm());
@@ -177,7 +177,7 @@ World aekf_loop_world(std::uint64_t seed) {
   Rng places = Rng(seed).stream("landmarks");
   while (landmarks.size() < kLandmarks) {
     const std::size_t i = places.below(circuit.size());
-    const Eigen::Vector2d from = circuit[i];
+    const Eigen::Vector2d& from = circuit[i];
     const Eigen::Vector2d along = circuit[(i + 1) % circuit.size()] - from;
     const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
     const double t = places.uniform();
