@@ -10,6 +10,16 @@ namespace {
 
 constexpr double kSettled = 1e-9;  // m and rad: a smaller change of the links ends the iteration
 
+/// P J' for a J of three rows: column after column of P, so that the large factor is read once and nothing is packed.
+Eigen::Matrix<double, Eigen::Dynamic, 3> times_transposed(const Eigen::Ref<const Eigen::MatrixXd>& P,
+                                                          const Eigen::Matrix<double, 3, Eigen::Dynamic>& J) {
+  Eigen::Matrix<double, Eigen::Dynamic, 3> W = Eigen::MatrixXd::Zero(P.rows(), 3);
+  for (Eigen::Index c = 0; c < P.cols(); ++c) {
+    for (Eigen::Index row = 0; row < 3; ++row) W.col(row) += J(row, c) * P.col(c);
+  }
+  return W;
+}
+
 }  // namespace
 
 void RelativeMap::append(const GaussianSe2& link) {
@@ -40,8 +50,7 @@ RelativeMap::Chain RelativeMap::chain(const std::vector<Se2>& links, int i, int 
 GaussianSe2 RelativeMap::relative(int i, int j) const {
   const Chain tau = chain(links_, i, j);
   const Eigen::Index n = tau.J.cols();
-  const Eigen::MatrixXd PJt = P_.block(3 * Eigen::Index{i}, 3 * Eigen::Index{i}, n, n) * tau.J.transpose();
-  return {tau.i_T_j, tau.J * PJt};
+  return {tau.i_T_j, tau.J * times_transposed(P_.block(3 * Eigen::Index{i}, 3 * Eigen::Index{i}, n, n), tau.J)};
 }
 
 std::vector<GaussianSe2> RelativeMap::all_relative_to(int j) const {
@@ -106,7 +115,7 @@ void RelativeMap::observe(int i, int j, const GaussianSe2& i_T_j, int max_iterat
   Eigen::Vector3d gain;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {  // only the links inside the loop are in the constraint
     tau = chain(links_, i, j);
-    const Eigen::MatrixXd W = P_.block(from, from, inside, inside) * tau.J.transpose();
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> W = times_transposed(P_.block(from, from, inside, inside), tau.J);
     L = cholesky_lower(tau.J * W + i_T_j.covariance, "innovation covariance of a loop", name.c_str());
     Eigen::Vector3d innovation = additive_difference(i_T_j.mean, tau.i_T_j);
     for (int k = i; k < j; ++k) {
@@ -117,7 +126,7 @@ void RelativeMap::observe(int i, int j, const GaussianSe2& i_T_j, int max_iterat
     gain = L.transpose().triangularView<Eigen::Upper>().solve(half);
     if (!(move(i, j, W, gain) > kSettled)) break;
   }
-  const Eigen::MatrixXd W = P_.block(0, from, n, inside) * tau.J.transpose();
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> W = times_transposed(P_.block(0, from, n, inside), tau.J);
   move(0, newest_base(), W, gain);
   const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(W.transpose()).transpose();
   for (Eigen::Index c = 0; c < n; ++c) P_.col(c).head(n).noalias() -= Y * Y.row(c).transpose();  // (H-3)

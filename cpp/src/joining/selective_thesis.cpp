@@ -23,22 +23,22 @@ LiveMap with_pose(const LiveMap& map, int base, const GaussianSe2& map_T_base) {
 }  // namespace
 
 bool SelectiveThesisJoiner::close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
-  const LiveMap& older = maps_.at(a);
-  const LiveMap& newer = maps_.at(b);
+  const LiveMap& older = maps().at(a);
+  const LiveMap& newer = maps().at(b);
   if (older.landmark_count() + newer.landmark_count() - attempt.pairs > config().max_fused_landmarks) {
     attempt.reason = "the fused map would be too large";
     return false;
   }
-  Fusion fusion = fuse(with_pose(older, b, links_.relative(a, b)), newer, pairs);  // (T-1): the chain's tau is a prior of the fusion
+  Fusion fusion = fuse(with_pose(older, b, links().relative(a, b)), newer, pairs);  // (T-1): the chain's tau is a prior of the fusion
   attempt.chi_squared = fusion.chi_squared;
   attempt.dof = fusion.dof;
   if (!fits(attempt)) return false;
   const GaussianSe2 fused_link{fusion.map.base_T_pose(0), fusion.map.covariance.topLeftCorner<3, 3>()};
-  links_.observe(a, b, fused_link, 1);  // (T-2): and is in this observation of the chain again
+  mutable_links().observe(a, b, fused_link, 1);  // (T-2): and is in this observation of the chain again
   remove_poses(fusion.map, {0});
   set_ports(fusion.map, {});
-  maps_.erase(b);
-  maps_.insert_or_assign(a, std::move(fusion.map));
+  mutable_maps().erase(b);
+  mutable_maps().insert_or_assign(a, std::move(fusion.map));
   return true;
 }
 

@@ -35,8 +35,8 @@ class RelativeJoiner : public MapJoiner {
   [[nodiscard]] const SelectiveJoinerConfig& config() const { return config_; }
   [[nodiscard]] bool fits(LoopAttempt& attempt) const { return ssjs::fits(attempt, associator_, config_.fusion_probability); }
 
-  RelativeMap links_;
-  std::map<int, LiveMap> maps_;  ///< by base: landmarks only, the bases stand in links_
+  [[nodiscard]] RelativeMap& mutable_links() { return links_; }
+  [[nodiscard]] std::map<int, LiveMap>& mutable_maps() { return maps_; }
 
  private:
   [[nodiscard]] std::vector<int> candidates_for(const LiveMap& fresh, const std::vector<GaussianSe2>& base_T_fresh) const;
@@ -44,6 +44,8 @@ class RelativeJoiner : public MapJoiner {
   SelectiveJoinerConfig config_;
   MapAssociator associator_;
   LoopRule rule_;
+  RelativeMap links_;
+  std::map<int, LiveMap> maps_;  ///< by base: landmarks only, the bases stand in links_
 };
 
 }  // namespace ssjs
