@@ -142,6 +142,16 @@ py::dict to_python(const MissionResult& result) {
   counters["scan_wrong_pairs"] = result.scan_wrong_pairs;
   counters["budget_exhausted"] = result.budget_exhausted;
   counters["fusion_dof"] = result.fusion_dof;
+  if (result.smoothing) {
+    counters["half_chi2_initial"] = result.smoothing->half_chi_squared_initial;
+    counters["half_chi2_final"] = result.smoothing->half_chi_squared_final;
+    counters["smoothing_iterations"] = result.smoothing->iterations;
+    counters["smoothing_converged"] = result.smoothing->converged;
+    counters["smoothing_poses"] = result.smoothing->poses;
+    counters["smoothing_sightings"] = result.smoothing->sightings;
+    counters["smoothing_factor_entries"] = result.smoothing->factor_entries;
+    counters["smoothing_doubted"] = result.smoothing->doubted;
+  }
   dict["counters"] = counters;
   dict["fusion_chi2"] = result.fusion_chi_squared;
   py::dict timing;
@@ -149,7 +159,9 @@ py::dict to_python(const MissionResult& result) {
   timing["time_local_s"] = result.time_local_s;
   timing["time_global_s"] = result.time_global_s;
   timing["time_association_s"] = result.time_association_s;
-  timing["time_other_s"] = std::max(0.0, result.time_total_s - result.time_local_s - result.time_global_s - result.time_association_s);
+  timing["time_smoothing_s"] = result.smoothing ? py::cast(result.time_smoothing_s) : py::none();
+  timing["time_other_s"] =
+      std::max(0.0, result.time_total_s - result.time_local_s - result.time_global_s - result.time_association_s - result.time_smoothing_s);
   dict["timing"] = timing;
   return dict;
 }

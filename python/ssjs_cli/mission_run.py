@@ -50,6 +50,7 @@ from ssjs_cli.session import Session
 RUN_KIND = "run directory"
 RANGE_SIGMA_KEY = "sensor.range_sigma_m"
 BEARING_SIGMA_KEY = "sensor.bearing_sigma_rad"
+SMOOTHING_KEY = "smoothing.enabled"
 # Beyond the last odometry record the motion is unknown: later observations cannot be used.
 MAX_OBSERVATION_LAG_S = 1.0
 
@@ -66,6 +67,7 @@ class RunRequest:
     config_path: Path | None = None
     assignments: Sequence[str] = ()
     calibrate: bool = False
+    smooth: bool = False
     force: bool = False
 
 
@@ -100,6 +102,7 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     layers.append(layer_from_assignments(request.assignments))
     layers.append(layer_from_flag("--method", METHOD_KEY, request.method))
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association))
+    layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
     if all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
     seed = request.seed if request.seed is not None else file_seed
@@ -243,7 +246,9 @@ def _calibrated(settings: Settings, log: Any, seed: int, session: Session) -> Se
 
         def nis_of(values: Mapping[str, Any]) -> tuple[Any, Any]:
             nonlocal finished_runs
-            result = run_estimator(values, log, seed, lambda fraction: progress((finished_runs + fraction) / total_runs))
+            result = run_estimator(
+                {**values, SMOOTHING_KEY: False}, log, seed, lambda fraction: progress((finished_runs + fraction) / total_runs)
+            )
             finished_runs += 1
             updates = result["updates"]
             return np.asarray(updates["nis"], dtype=np.float64), np.asarray(updates["dof"], dtype=np.int64)

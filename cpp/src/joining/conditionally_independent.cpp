@@ -46,7 +46,7 @@ MapperReport ConditionallyIndependentMapper::observe(double time_s, const Featur
     report.join = close_map(*reason);
     report.join_time_s += seconds_since(closing);
   }
-  for (const Eigen::Index i : association.fresh) report.scan.added += local_map().add(scan[static_cast<std::size_t>(i)]) ? 1 : 0;
+  for (const Eigen::Index i : association.fresh) local_map().add(scan[static_cast<std::size_t>(i)], report.scan);
   report.scan.dropped = static_cast<int>(scan.size()) - report.scan.paired - report.scan.added;
   local_map().prune();
   label_new_landmarks();

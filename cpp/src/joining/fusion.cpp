@@ -380,7 +380,7 @@ Fusion fuse(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pairs) 
   for (const Pair& pair : pairs) {
     MapLandmark& kept = map.landmarks[static_cast<std::size_t>(pair.prediction)];
     const MapLandmark& other = b.landmarks[static_cast<std::size_t>(pair.observation)];
-    kept.times_seen += other.times_seen;
+    kept.take(other);
     if (!kept.source_id) kept.source_id = other.source_id;
   }
   map.mean = fused.mean();

@@ -26,9 +26,13 @@ std::vector<LandmarkEstimate> listed_once(const std::vector<LandmarkEstimate>& l
     const auto [place, is_first] = surest.emplace(root(i), landmarks[i]);
     if (is_first) continue;
     LandmarkEstimate& kept = place->second;
-    const int times_seen = kept.landmark.times_seen + landmarks[i].landmark.times_seen;
-    if (landmarks[i].position.covariance.trace() < kept.position.covariance.trace()) kept = landmarks[i];
-    kept.landmark.times_seen = times_seen;
+    MapLandmark together = kept.landmark;
+    together.take(landmarks[i].landmark);
+    if (landmarks[i].position.covariance.trace() < kept.position.covariance.trace()) {
+      kept = landmarks[i];
+      together.source_id = landmarks[i].landmark.source_id;
+    }
+    kept.landmark = std::move(together);
   }
   std::vector<LandmarkEstimate> kept;
   for (const auto& entry : surest) kept.push_back(entry.second);

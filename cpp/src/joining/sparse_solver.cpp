@@ -1,13 +1,12 @@
 #include "ssjs/joining/sparse_solver.hpp"
 
-#include <cholmod.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/joining/sparse_cholesky.hpp"
 
 namespace ssjs {
 namespace {
@@ -15,7 +14,6 @@ namespace {
 constexpr int kMaxIterations = 20;
 constexpr int kMaxHalvings = 8;
 constexpr std::size_t kMaxKeptColumns = 1000;  // of the covariance, 3 a base
-constexpr double kConvergedStep = 1e-6;        // m and rad, largest component; convergence is quadratic near the end
 constexpr double kRelativeDecrease = 1e-10;    // of the cost
 
 }  // namespace
@@ -33,32 +31,11 @@ PortResidual port_residual(const PortFactor& factor, const Se2& global_T_base, c
 }
 
 struct SparsePoseSolver::Implementation {
-  cholmod_common common{};
-  cholmod_sparse* hessian = nullptr;  // lower triangle
-  cholmod_factor* factor = nullptr;
+  SparseCholesky hessian;
   std::vector<int> unknowns;  // base indices, ascending, without 0
   std::vector<int> slots;     // by base index: position among the unknowns, -1 for none
   Eigen::VectorXd gradient;
-
-  Implementation() {
-    cholmod_start(&common);
-    common.supernodal = CHOLMOD_SIMPLICIAL;  // the LGPL part, and deterministic
-    common.final_ll = 1;
-    common.nmethods = 1;
-    common.method[0].ordering = CHOLMOD_AMD;
-    common.postorder = 1;
-    common.print = 0;
-  }
-  Implementation(const Implementation&) = delete;
-  Implementation& operator=(const Implementation&) = delete;
-  ~Implementation() {
-    clear();
-    cholmod_finish(&common);
-  }
-  void clear() {
-    cholmod_free_sparse(&hessian, &common);
-    cholmod_free_factor(&factor, &common);
-  }
+  std::map<int, Eigen::MatrixXd> columns;  // of the covariance, by base
 
   [[nodiscard]] int slot_of(int base) const {
     const int slot = base >= 0 && static_cast<std::size_t>(base) < slots.size() ? slots[static_cast<std::size_t>(base)] : -1;
@@ -66,9 +43,8 @@ struct SparsePoseSolver::Implementation {
     return slot;
   }
 
-  /// Names the unknowns and analyses the pattern of J' W J (lower triangle, 3 x 3 blocks) once for these factors.
+  /// Names the unknowns and analyses the pattern of J' W J (3 x 3 blocks) once for these factors.
   void prepare(const std::map<int, PortFactor>& factors) {
-    clear();
     columns.clear();
     int largest = 0;
     for (const auto& [base, port_factor] : factors) {
@@ -87,40 +63,17 @@ struct SparsePoseSolver::Implementation {
       slots[base] = static_cast<int>(unknowns.size());
       unknowns.push_back(static_cast<int>(base));
     }
-    std::vector<std::vector<int>> below(unknowns.size());  // row blocks of every column of blocks
+    std::vector<BlockPosition> blocks;
     for (const auto& [base, port_factor] : factors) {
       const std::vector<int> touched = touched_by(port_factor);
       for (const int a : touched) {
-        if (a < 0) continue;
         for (const int b : touched) {
-          if (b >= a) below[static_cast<std::size_t>(a)].push_back(b);
+          if (b >= 0 && a >= b) blocks.emplace_back(a, b);
         }
       }
     }
-    std::size_t entries = 0;
-    for (auto& rows : below) {
-      std::sort(rows.begin(), rows.end());
-      rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-      entries += 9 * rows.size();
-    }
-    const std::size_t n = 3 * unknowns.size();
-    hessian = cholmod_allocate_sparse(n, n, entries, 1, 1, -1, CHOLMOD_REAL, &common);
-    auto* column_start = static_cast<int*>(hessian->p);
-    auto* row_index = static_cast<int*>(hessian->i);
-    int entry = 0;
-    for (std::size_t column = 0; column < unknowns.size(); ++column) {
-      for (int c = 0; c < 3; ++c) {
-        column_start[3 * column + static_cast<std::size_t>(c)] = entry;
-        for (const int row : below[column]) {
-          for (int r = 0; r < 3; ++r) row_index[entry++] = 3 * row + r;  // the upper part of a diagonal block is ignored (stype -1)
-        }
-      }
-    }
-    column_start[n] = entry;
-    row_blocks = std::move(below);
-    factor = cholmod_analyze(hessian, &common);
+    hessian.set_pattern(std::vector<int>(unknowns.size(), 3), blocks);
   }
-  std::vector<std::vector<int>> row_blocks;
 
   [[nodiscard]] std::vector<int> touched_by(const PortFactor& port_factor) const {
     std::vector<int> touched{slots[static_cast<std::size_t>(port_factor.base)]};
@@ -128,20 +81,9 @@ struct SparsePoseSolver::Implementation {
     return touched;
   }
 
-  /// Adds a block of J' W J (rows of base a, columns of base b) where it falls into the lower triangle.
-  void add(int a, int b, const Eigen::Matrix3d& block) {
-    if (a < 0 || b < 0 || a < b) return;
-    const std::vector<int>& rows = row_blocks[static_cast<std::size_t>(b)];
-    const auto place = std::lower_bound(rows.begin(), rows.end(), a) - rows.begin();
-    const auto height = static_cast<std::ptrdiff_t>(3 * rows.size());
-    double* const first = static_cast<double*>(hessian->x) + static_cast<const int*>(hessian->p)[3 * b] + 3 * place;
-    Eigen::Map<Eigen::Matrix3d, 0, Eigen::OuterStride<>>(first, Eigen::OuterStride<>(height)) += block;
-  }
-
   /// Fills J' W J and J' W r at `poses`; returns half chi-squared.
   double linearize(const std::map<int, PortFactor>& factors, const std::vector<Se2>& poses) {
-    auto* values = static_cast<double*>(hessian->x);
-    std::fill(values, values + hessian->nzmax, 0.0);
+    hessian.set_zero();
     gradient.setZero(static_cast<Eigen::Index>(3 * unknowns.size()));
     double cost = 0.0;
     std::vector<RelativePose> seen;
@@ -172,14 +114,14 @@ struct SparsePoseSolver::Implementation {
           base_block.noalias() += row.J_i.transpose() * W_Ji;
           port_base.noalias() += row.J_j.transpose() * W_Ji;
           const int at_j = slots[static_cast<std::size_t>(port_factor.ports[static_cast<std::size_t>(j)])];
-          add(at_i, at_j, row.J_j.transpose() * W_ij * column.J_j);
+          hessian.add<3, 3>(at_i, at_j, row.J_j.transpose() * W_ij * column.J_j);
         }
         if (at_i != at_base) {
-          add(at_i, at_base, port_base);
-          add(at_base, at_i, port_base.transpose());
+          hessian.add<3, 3>(at_i, at_base, port_base);
+          hessian.add<3, 3>(at_base, at_i, port_base.transpose());
         }
       }
-      add(at_base, at_base, base_block);
+      hessian.add<3, 3>(at_base, at_base, base_block);
     }
     return cost;
   }
@@ -191,41 +133,20 @@ struct SparsePoseSolver::Implementation {
       if (columns.size() >= kMaxKeptColumns) columns.clear();
       Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(3 * unknowns.size()), 3);
       unit.middleRows<3>(3 * slot_of(base)).setIdentity();
-      found = columns.emplace(base, solve(unit)).first;
+      found = columns.emplace(base, hessian.solve(unit)).first;
     }
     return found->second;
   }
-  std::map<int, Eigen::MatrixXd> columns;
 
   void decompose() {
-    const auto* const values = static_cast<const double*>(hessian->x);
-    if (!std::all_of(values, values + hessian->nzmax, [](double value) { return std::isfinite(value); })) {  // CHOLMOD lets NaN through
+    if (!hessian.all_finite()) {  // CHOLMOD lets NaN through
       throw NotPositiveDefinite("information matrix of the bases", "a port factor or a base is not finite");
     }
     columns.clear();
-    cholmod_factorize(hessian, factor, &common);
-    if (common.status != CHOLMOD_OK) {
-      const std::size_t column = factor->minor < 3 * unknowns.size() ? factor->minor : 0;
-      const auto original = static_cast<const int*>(factor->Perm)[column];
-      throw NotPositiveDefinite(
-          "information matrix of the bases",
-          "base " + std::to_string(unknowns[static_cast<std::size_t>(original / 3)]) + " is not held by any port factor");
+    if (const std::optional<int> loose = hessian.factorize()) {
+      throw NotPositiveDefinite("information matrix of the bases",
+                                "base " + std::to_string(unknowns[static_cast<std::size_t>(*loose)]) + " is not held by any port factor");
     }
-  }
-
-  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) {
-    cholmod_dense view{};
-    view.nrow = static_cast<std::size_t>(right.rows());
-    view.ncol = static_cast<std::size_t>(right.cols());
-    view.d = view.nrow;
-    view.nzmax = view.nrow * view.ncol;
-    view.x = const_cast<double*>(right.data());
-    view.xtype = CHOLMOD_REAL;
-    view.dtype = CHOLMOD_DOUBLE;
-    cholmod_dense* answer = cholmod_solve(CHOLMOD_A, factor, &view, &common);
-    Eigen::MatrixXd result = Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(answer->x), right.rows(), right.cols());
-    cholmod_free_dense(&answer, &common);
-    return result;
   }
 };
 
@@ -248,7 +169,7 @@ double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std:
   double cost = self.linearize(factors, poses);
   self.decompose();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const Eigen::VectorXd step = self.solve(-self.gradient);  // (J-16)
+    const Eigen::VectorXd step = self.hessian.solve(-self.gradient);  // (J-16)
     if (-0.5 * step.dot(self.gradient) <= tolerance + kRelativeDecrease * cost) break;
     const std::vector<Se2> start = poses;
     double scale = 1.0;
@@ -269,8 +190,8 @@ double SparsePoseSolver::optimize(const std::map<int, PortFactor>& factors, std:
   return cost;
 }
 
-double SparsePoseSolver::factor_flops() const { return implementation_->common.fl; }
-double SparsePoseSolver::factor_entries() const { return implementation_->common.lnz; }
+double SparsePoseSolver::factor_flops() const { return implementation_->hessian.factor_flops(); }
+double SparsePoseSolver::factor_entries() const { return implementation_->hessian.factor_entries(); }
 
 Eigen::Matrix3d SparsePoseSolver::cross_covariance(int row_base, int column_base) const {
   if (row_base == 0 || column_base == 0) return Eigen::Matrix3d::Zero();

@@ -63,7 +63,7 @@ ScanResult LandmarkMap::observe(const Features& scan) {
   if (!takes_scan()) return result;
   const ScanAssociation& association = associate(scan, result);
   update(scan, association.hypothesis.pairs, association.selected, result);
-  for (const Eigen::Index i : association.fresh) result.added += add(scan[at(i)]) ? 1 : 0;
+  for (const Eigen::Index i : association.fresh) add(scan[at(i)], result);
   result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
   prune();
   return result;
@@ -85,18 +85,20 @@ void LandmarkMap::update(const Features& scan, const std::vector<Pair>& pairs, c
     const std::size_t landmark = at(selected[at(pair.prediction)]);
     ++landmarks_[landmark].times_seen;
     last_scan_[landmark] = scans_;
+    result.used.push_back({scan[at(pair.observation)], landmarks_[landmark].tracks.front()});
   }
 }
 
-bool LandmarkMap::add(const Feature& feature) {
+void LandmarkMap::add(const Feature& feature, ScanResult& result) {
   const auto tentative = [&](const MapLandmark& landmark) { return !confirmed(landmark); };
-  if (std::count_if(landmarks_.begin(), landmarks_.end(), tentative) >= config_.max_tentative) return false;
+  if (std::count_if(landmarks_.begin(), landmarks_.end(), tentative) >= config_.max_tentative) return;
   ekf_.add_landmark(feature);
-  landmarks_.push_back({1, feature.landmark_id});
+  landmarks_.push_back({1, feature.landmark_id, {tracks_}});
   first_scan_.push_back(scans_);
   last_scan_.push_back(scans_);
   labels_.push_back(-1);
-  return true;
+  result.used.push_back({feature, tracks_++});
+  ++result.added;
 }
 
 void LandmarkMap::remove(Eigen::Index landmark) {

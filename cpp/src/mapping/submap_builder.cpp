@@ -67,13 +67,13 @@ ScanResult SubmapBuilder::observe(double time_s, const Features& scan) {
     map_.update(scan, for_old, association.selected, result);
     result.closed = finish(*reason);
     start(time_s);
-    for (const Feature& feature : for_new) result.added += map_.add(feature) ? 1 : 0;
+    for (const Feature& feature : for_new) map_.add(feature, result);
     result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
     return result;
   }
 
   map_.update(scan, pairs, association.selected, result);
-  for (const Eigen::Index i : association.fresh) result.added += map_.add(scan[at(i)]) ? 1 : 0;
+  for (const Eigen::Index i : association.fresh) map_.add(scan[at(i)], result);
   result.dropped = static_cast<int>(scan.size()) - result.paired - result.added;
   map_.prune();
   return result;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
+#include <utility>
 
 #include "ssjs/base/error.hpp"
 
@@ -46,6 +48,8 @@ void take(MissionResult& result, const JoinReport& join) {
 MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& events, std::uint64_t seed, const ProgressSink& progress) {
   MissionResult result;
   SlamPipeline pipeline(config, seed);
+  std::optional<MissionSmoothing> smoothing;
+  if (config.smoothing.enabled) smoothing.emplace(config);
   const auto n = static_cast<Eigen::Index>(events.size());
   result.time_s.resize(n);
   result.step_time_us.resize(n);
@@ -60,6 +64,7 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
     const auto step_begin = Clock::now();
     const StepReport step = pipeline.feed(events[static_cast<std::size_t>(i)]);
     result.step_time_us(i) = std::chrono::duration<double, std::micro>(Clock::now() - step_begin).count();
+    if (smoothing) smoothing->feed(events[static_cast<std::size_t>(i)], step.scan);
     result.time_s(i) = step.time_s;
     put(result.online_pose, result.online_covariance, i, step.global_T_vehicle);
     result.dead_reckoning.row(i) = pipeline.dead_reckoning().vector();
@@ -85,7 +90,16 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
   if (n > 0) {
     const bool joint = pipeline.submaps().size() <= kMaxJointBases;
     result.world = pipeline.world(joint ? BaseCovariance::kJoint : BaseCovariance::kBorders);
-    const std::vector<TrajectoryPoint> trajectory = final_trajectory(pipeline.submaps(), result.world);
+    std::vector<TrajectoryPoint> trajectory = final_trajectory(pipeline.submaps(), result.world);
+    if (smoothing) {
+      const auto smoothing_begin = Clock::now();
+      SmoothedMission smoothed = smoothing->smooth(trajectory, std::move(result.world.landmarks));
+      result.smoothing = smoothed.report;
+      trajectory = std::move(smoothed.trajectory);
+      result.world.landmarks = std::move(smoothed.landmarks);
+      result.time_smoothing_s = std::chrono::duration<double>(Clock::now() - smoothing_begin).count();
+      result.time_total_s += result.time_smoothing_s;
+    }
     for (Eigen::Index i = 0; i < n; ++i)
       put(result.pose, result.covariance, i, trajectory.at(static_cast<std::size_t>(i)).global_T_vehicle);
     result.submaps = pipeline.submaps();

@@ -6,7 +6,6 @@
 #include "ssjs/base/error.hpp"
 #include "ssjs/pipeline/event_check.hpp"
 #include "ssjs/pipeline/mapper_factory.hpp"
-#include "ssjs/pipeline/motion.hpp"
 #include "ssjs/pipeline/scan_features.hpp"
 
 namespace ssjs {
@@ -22,7 +21,8 @@ const SlamConfig& valid(const SlamConfig& config) {
 
 }  // namespace
 
-SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed) : config_(valid(config)), mapper_(make_mapper(config_, seed)) {}
+SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
+    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle, config_.method == Method::kAugmentedEkf) {}
 
 StepReport SlamPipeline::feed(const Event& event) {
   if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
@@ -30,12 +30,8 @@ StepReport SlamPipeline::feed(const Event& event) {
   const auto begin = Clock::now();
   const std::optional<Features> scan = observed_features(event, config_.trees, config_.sensor);  // nothing has changed yet if it refuses
   StepReport report;
-  advance(event.time_s);
-  if (scan) {
-    observe(*scan, report);
-  } else {
-    move(event);
-  }
+  move(event);
+  if (scan) observe(*scan, report);
   mapper_->record_step(event.time_s);
   report.time_s = event.time_s;
   report.submap = mapper_->submap();
@@ -44,30 +40,14 @@ StepReport SlamPipeline::feed(const Event& event) {
   return report;
 }
 
-/// Holds the last velocity command until time_s.
-void SlamPipeline::advance(double time_s) {
-  const double dt_s = time_s_ ? time_s - *time_s_ : 0.0;
-  time_s_ = time_s;
-  if (!(dt_s > 0.0) || !command_) return;
-  mapper_->predict(time_s, held_command(dt_s));
-  dead_reckoning_ = hold_command(dead_reckoning_, *command_, dt_s, config_.vehicle).submap_T_vehicle;
-}
-
-MotionPrediction SlamPipeline::held_command(double dt_s) const {
-  const Se2& base_T_vehicle = mapper_->base_T_vehicle();
-  if (config_.method == Method::kAugmentedEkf) {  // works on pose increments
-    return predict_increment(base_T_vehicle, command_increment(*command_, dt_s, config_.vehicle));
-  }
-  return hold_command(base_T_vehicle, *command_, dt_s, config_.vehicle);
-}
-
-void SlamPipeline::move(const Event& odometry) {
-  if (const auto* increment = std::get_if<OdometryIncrement>(&odometry.record)) {
-    mapper_->predict(odometry.time_s, predict_increment(mapper_->base_T_vehicle(), *increment));
-    dead_reckoning_ = predict_increment(dead_reckoning_, *increment).submap_T_vehicle;
-  } else {
-    command_ = odometry;
-  }
+/// The motion since the event before.
+void SlamPipeline::move(const Event& event) {
+  time_s_ = event.time_s;
+  motion_.take(event);
+  const std::optional<MotionPrediction> motion = motion_.from(mapper_->base_T_vehicle());
+  if (!motion) return;
+  mapper_->predict(event.time_s, *motion);
+  dead_reckoning_ = motion_.from(dead_reckoning_)->submap_T_vehicle;
 }
 
 /// Algorithm 4: predict, associate, update, add features; Algorithm 3: a finished submap goes to the global level.

@@ -81,7 +81,7 @@ LANDMARK_HEADER = "id,x_m,y_m,z_m,var_xx,cov_xy,cov_xz,var_yy,cov_yz,var_zz,time
 ERROR_HEADER = "time_s,error_m,is_outlier,error_x_m,error_y_m,sigma_x_m,sigma_y_m,sigma_major_m"
 
 MEASURED_KEYS = ("steps", "observations", "landmarks", "submaps", "loop_candidates", "loop_closures", "fusions", "wrong_pairs")
-TIME_KEYS = ("time_total_s", "time_local_s", "time_global_s", "time_association_s", "time_other_s")
+TIME_KEYS = ("time_total_s", "time_local_s", "time_global_s", "time_association_s", "time_smoothing_s", "time_other_s")
 STEP_TIME_KEYS = ("step_time_p50_us", "step_time_p99_us", "step_time_max_us")
 REFERENCE_KEYS = (
     "trajectory_rmse_m",

@@ -34,7 +34,7 @@ USES = {
 
 # Third-party headers that stay in few places: pattern -> the files (relative to cpp/) that may include them.
 CONFINED = {
-    r"(suitesparse/)?(cholmod|SuiteSparse|amd|camd|colamd|ccolamd)[\w.]*": r"src/joining/sparse_solver\.cpp",
+    r"(suitesparse/)?(cholmod|SuiteSparse|amd|camd|colamd|ccolamd)[\w.]*": r"src/joining/sparse_cholesky\.cpp",
     r"opencv2?/.*": r"(src|include/ssjs)/(imaging|cascade|optical|survey)/.*|bindings/.*",
     r"dlib/.*": r"src/optical/.*",
     r"pybind11/.*": r"bindings/.*",

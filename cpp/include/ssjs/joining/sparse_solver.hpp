@@ -1,5 +1,4 @@
-/// Sparse nonlinear least squares over base poses, tied by the port factors of the live maps. CHOLMOD (simplicial, AMD) stays in
-/// the source file. docs/math/ssjs.md (J-4, J-16).
+/// Sparse nonlinear least squares over base poses, tied by the port factors of the live maps. docs/math/ssjs.md (J-4, J-16).
 #pragma once
 
 #include <Eigen/Core>

@@ -14,9 +14,16 @@
 
 namespace ssjs {
 
+/// An observation that entered the estimate, and the track it belongs to: the observations of one landmark in one submap.
+struct UsedObservation {
+  Feature feature;
+  std::int64_t track = 0;  ///< MapLandmark::tracks says which landmark that became
+};
+
 struct ScanResult {
   std::optional<UpdateResult> update;      ///< absent when nothing was paired or the scan was skipped
   int paired = 0, added = 0, dropped = 0;  ///< each observation of a used scan is in one of them
+  std::vector<UsedObservation> used;       ///< the paired ones, then the added ones
   int wrong_pairs = 0;                     ///< pairs whose source identities differ, where both are known
   bool budget_exhausted = false;
   double association_time_s = 0.0;
@@ -52,8 +59,8 @@ class LandmarkMap {
   [[nodiscard]] bool takes_scan();
   const ScanAssociation& associate(const Features& scan, ScanResult& result);
   void update(const Features& scan, const std::vector<Pair>& pairs, const std::vector<Eigen::Index>& selected, ScanResult& result);
-  bool add(const Feature& feature);  ///< false when there are too many tentative landmarks
-  void prune();                      ///< tentative landmarks that are too old
+  void add(const Feature& feature, ScanResult& result);  ///< nothing when there are too many tentative landmarks
+  void prune();                                          ///< tentative landmarks that are too old
   void drop_tentative();
 
   /// Marginalises a landmark out; the last one takes its index.
@@ -81,6 +88,7 @@ class LandmarkMap {
   Ekf ekf_;
   std::vector<MapLandmark> landmarks_;  ///< in the order of the filter's, as the next three
   std::vector<int> first_scan_, last_scan_, labels_;
+  std::int64_t tracks_ = 0;  ///< begun so far
   int scans_ = 0;
   double moved_m_ = 0.0;  ///< since the last used scan
   double turned_rad_ = 0.0;

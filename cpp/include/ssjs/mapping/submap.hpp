@@ -13,6 +13,13 @@ namespace ssjs {
 struct MapLandmark {
   int times_seen = 0;
   std::optional<std::int64_t> source_id;  ///< identity given by the source of its first sighting, where it gives one
+  std::vector<std::int64_t> tracks{};     ///< every track of observations that was found to be this landmark
+
+  /// `other` was found to be the same landmark.
+  void take(const MapLandmark& other) {
+    times_seen += other.times_seen;
+    tracks.insert(tracks.end(), other.tracks.begin(), other.tracks.end());
+  }
 };
 
 /// The vehicle at one fed event. Given the true exit pose s of the submap, the pose is

@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "ssjs/base/progress.hpp"
+#include "ssjs/pipeline/mission_smoothing.hpp"
 #include "ssjs/pipeline/slam_pipeline.hpp"
 
 namespace ssjs {
@@ -16,7 +18,7 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 /// triangle (6 numbers) of the additive coordinates.
 struct MissionResult {
   Eigen::VectorXd time_s;
-  RowMatrix pose, covariance;                ///< the final trajectory
+  RowMatrix pose, covariance;                ///< the final trajectory, smoothed where that is asked for
   RowMatrix online_pose, online_covariance;  ///< what a pilot would have seen at the time
   RowMatrix dead_reckoning;
   std::vector<std::int64_t> submap;
@@ -30,7 +32,7 @@ struct MissionResult {
   std::vector<Update> updates;  ///< one a scan update
   std::vector<LoopAttempt> loops;
   std::vector<Submap> submaps;  ///< without their steps
-  WorldEstimate world;
+  WorldEstimate world;          ///< its landmarks smoothed where that is asked for; its bases as joined
 
   int observations = 0;  ///< landmark observations used or tried
   int scan_wrong_pairs = 0;
@@ -40,8 +42,9 @@ struct MissionResult {
   int budget_exhausted = 0;           ///< searches stopped by their node budget
   double fusion_chi_squared = 0.0;    ///< summed over the fusions
   int fusion_dof = 0;
+  std::optional<SmoothingReport> smoothing;
 
-  double time_total_s = 0.0, time_local_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
+  double time_total_s = 0.0, time_local_s = 0.0, time_global_s = 0.0, time_association_s = 0.0, time_smoothing_s = 0.0;
 };
 
 /// Events in the order of time. `progress` is asked every thousandth of the log; a refusal throws Cancelled.

@@ -13,6 +13,7 @@
 #include "ssjs/joining/divide_and_conquer.hpp"
 #include "ssjs/joining/selective.hpp"
 #include "ssjs/mapping/submap_builder.hpp"
+#include "ssjs/pipeline/smoother.hpp"
 #include "ssjs/sensors/ackerman.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
 #include "ssjs/sensors/unicycle.hpp"
@@ -60,6 +61,7 @@ struct SlamConfig {
   CompressedEkfConfig cekf;
   AugmentedEkfConfig aekf;
   DivideAndConquerConfig dcs;
+  SmoothingConfig smoothing;
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice(
@@ -87,6 +89,7 @@ struct SlamConfig {
     v.section("cekf", cekf, "compressed EKF");
     v.section("aekf", aekf, "augmented EKF");
     v.section("dcs", dcs, "divide and conquer");
+    v.section("smoothing", smoothing, "least squares over the whole mission at its end");
   }
 
   /// Every violation, rules between fields included; empty when valid.

@@ -9,6 +9,7 @@
 #include "ssjs/features/event.hpp"
 #include "ssjs/joining/mapper.hpp"
 #include "ssjs/pipeline/final_trajectory.hpp"
+#include "ssjs/pipeline/motion.hpp"
 #include "ssjs/pipeline/slam_config.hpp"
 
 namespace ssjs {
@@ -45,16 +46,14 @@ class SlamPipeline {
   [[nodiscard]] WorldEstimate world(BaseCovariance covariance = BaseCovariance::kBorders) const { return mapper_->world(covariance); }
 
  private:
-  void advance(double time_s);
-  [[nodiscard]] MotionPrediction held_command(double dt_s) const;
-  void move(const Event& odometry);
+  void move(const Event& event);
   void observe(const Features& scan, StepReport& report);
 
   SlamConfig config_;
   std::unique_ptr<Mapper> mapper_;
+  OdometryMotion motion_;
   Se2 dead_reckoning_;
   std::optional<double> time_s_;
-  std::optional<Event> command_;  ///< held velocity command
   bool finished_ = false;
 };
 
