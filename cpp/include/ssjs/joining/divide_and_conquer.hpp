@@ -14,7 +14,8 @@ struct DivideAndConquerConfig {
   template <class Visitor>
   void visit(Visitor& v) {
     v.field("rjc_above_landmarks", rjc_above_landmarks, Rule::at_least(3),
-            "divide and conquer: joint compatibility gives way to its randomised form where one of two maps has more landmarks");
+            "divide and conquer: joint compatibility gives way to its randomised form where more landmarks of one of two maps can meet "
+            "those of the other");
   }
 };
 
