@@ -1,4 +1,6 @@
 #include <cstdio>
+#include <utility>
+#include <vector>
 
 #include "../tests/cpp/pipeline/scenario_run.hpp"
 #include "bare_ekf.hpp"
@@ -141,29 +143,29 @@ std::vector<double> ratios(const std::vector<double>& of, const std::vector<doub
 
 void study_grid_survey(const StudyOptions& options) {
   Row bare{"bare EKF loop", {}, {}, {}, {}, {}, {}, {}, {}, {}};
-  Row ekf{"ekf", {}, {}, {}, {}, {}, {}, {}, {}, {}};
-  Row ssjs{"ssjs", {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  std::vector<std::pair<Method, Row>> methods;
+  for (const auto& [method, name] : {std::pair{Method::kEkf, "ekf"},
+                                     {Method::kAugmentedEkf, "aekf"},
+                                     {Method::kCompressedEkf, "cekf"},
+                                     {Method::kConditionallyIndependent, "cis"},
+                                     {Method::kSelective, "ssjs"}}) {
+    methods.push_back({method, Row{name, {}, {}, {}, {}, {}, {}, {}, {}, {}}});
+  }
+  const Row& ekf = methods.front().second;
+  const Row& ssjs = methods.back().second;
   for (int i = 0; i < std::max(options.rounds, options.seeds); ++i) {
     const auto seed = options.seed + static_cast<std::uint64_t>(i);
     const Scenario scenario = built_in_scenario("grid-survey", seed);
     const SimulatedMission mission = simulate(scenario.world, scenario.config, seed);
-    const SlamConfig config_ssjs = testing::matching_config(scenario.config);
-    SlamConfig config_ekf = config_ssjs;
-    config_ekf.method = Method::kEkf;
-    if (i < options.rounds) {
-      time_totals<BareRun>(mission, config_ekf, bare);
-      time_totals<PipelineRun>(mission, config_ekf, ekf);
-      time_totals<PipelineRun>(mission, config_ssjs, ssjs);
-    }
-    if (i == 0) {
-      time_steps<BareRun>(mission, config_ekf, bare);
-      time_steps<PipelineRun>(mission, config_ekf, ekf);
-      time_steps<PipelineRun>(mission, config_ssjs, ssjs);
-    }
-    if (i < options.seeds) {
-      measure_accuracy<BareRun>(mission, config_ekf, bare);
-      measure_accuracy<PipelineRun>(mission, config_ekf, ekf);
-      measure_accuracy<PipelineRun>(mission, config_ssjs, ssjs);
+    SlamConfig config = testing::matching_config(scenario.config);
+    if (i < options.rounds) time_totals<BareRun>(mission, config, bare);
+    if (i == 0) time_steps<BareRun>(mission, config, bare);
+    if (i < options.seeds) measure_accuracy<BareRun>(mission, config, bare);
+    for (auto& [method, row] : methods) {
+      config.method = method;
+      if (i < options.rounds) time_totals<PipelineRun>(mission, config, row);
+      if (i == 0) time_steps<PipelineRun>(mission, config, row);
+      if (i < options.seeds) measure_accuracy<PipelineRun>(mission, config, row);
     }
   }
   std::printf("grid-survey, known association, %d rounds (one seed each), accuracy: mean of %d seeds; processor time\n", options.rounds,
@@ -171,7 +173,9 @@ void study_grid_survey(const StudyOptions& options) {
   std::printf(
       "| method | total s | of it feed s | step p50 us | p99 us | max us | map m | aligned map m | landmark NEES (2) | online m | "
       "online NEES (3) | joint base NEES/dof |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const Row* row : {&bare, &ekf, &ssjs}) {
+  std::vector<const Row*> rows{&bare};
+  for (const auto& [method, row] : methods) rows.push_back(&row);
+  for (const Row* row : rows) {
     std::printf("| %s | %.3f | %.3f | %.1f | %.0f | %.0f | %.3f | %.3f | %.2f | %.2f | %.2f | %.3f |\n", row->method, median(row->total_s),
                 median(row->feed_s), quantile(row->step_us, 0.5), quantile(row->step_us, 0.99), largest(row->step_us),
                 mean(row->map_mean_m), mean(row->map_aligned_m), mean(row->landmark_nees), mean(row->online_mean_m), mean(row->online_nees),

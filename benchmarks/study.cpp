@@ -15,6 +15,7 @@ constexpr const char* kUsage =
     "usage: ssjs_study STUDY [--rounds N] [--seeds N] [--laps N] [--columns N] [--rows N] [--association known|jcbb] [--seed N] [--csv "
     "FILE]\n"
     "  grid-survey  bare EKF loop, ekf, ssjs on scenario S     --rounds --seeds --seed\n"
+    "  methods      every joining method on scenario S         --seeds --association --seed\n"
     "  revisit      global level, a fixed area                 --laps --rounds --association --seed --csv\n"
     "  exploration  global level, a growing field              --columns --rows --rounds --association --seed --csv\n"
     "  crossover    dense against sparse global level          --columns --rows --rounds --association --seed\n";
@@ -59,6 +60,7 @@ StudyOptions parse(int count, char** arguments) {
 
 int main(int count, char** arguments) {
   const std::map<std::string, void (*)(const StudyOptions&)> studies{{"grid-survey", ssjs::benchmarks::study_grid_survey},
+                                                                     {"methods", ssjs::benchmarks::study_methods},
                                                                      {"revisit", ssjs::benchmarks::study_revisit},
                                                                      {"exploration", ssjs::benchmarks::study_exploration},
                                                                      {"crossover", ssjs::benchmarks::study_crossover}};

@@ -18,6 +18,7 @@ struct StudyOptions {
 
 /// Scenario S: a bare EKF, the pipeline's EKF and SSJS on the same events, interleaved.
 void study_grid_survey(const StudyOptions& options);
+void study_methods(const StudyOptions& options);
 
 /// The global level per closing while a fixed area is driven again and again.
 void study_revisit(const StudyOptions& options);

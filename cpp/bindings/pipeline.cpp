@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "config.hpp"
@@ -136,7 +137,7 @@ py::dict to_python(const MissionResult& result) {
   counters["submaps"] = result.submaps.size();
   counters["loop_candidates"] = result.loop_candidates;
   counters["loop_closures"] = result.loop_closures;
-  counters["fusions"] = result.loop_closures;  // this method closes a loop by fusing
+  counters["fusions"] = result.fusions;
   counters["wrong_pairs"] = result.map_identities_known ? py::cast(result.map_wrong_pairs) : py::none();
   counters["scan_wrong_pairs"] = result.scan_wrong_pairs;
   counters["budget_exhausted"] = result.budget_exhausted;

@@ -18,14 +18,10 @@ py::array array_of(const std::vector<std::int64_t>& values) {
   return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
-py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
-  Scenario scenario;
-  SimulatedMission mission;
-  {
-    const py::gil_scoped_release released;
-    scenario = built_in_scenario(name, seed);
-    mission = simulate(scenario.world, scenario.config, seed);
-  }
+using PointRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+/// The log in columns, the truth, and the settings that a filter of the same mind has.
+py::dict mission_dict(const SimulatedMission& mission, const VehicleSimulationConfig& simulated) {
   std::vector<double> control_time_s, speed_m_s, steering_rad, scan_time_s, range_m, bearing_rad;
   std::vector<std::int64_t> landmark_id;
   for (const Event& event : mission.events) {
@@ -46,7 +42,7 @@ py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
   for (std::size_t i = 0; i < mission.time_s.size(); ++i) truth.row(static_cast<Eigen::Index>(i)) = mission.global_T_vehicle[i].vector();
 
   py::dict config;  // the noise of the simulation is the noise the filter should assume
-  const AckermanConfig& vehicle = scenario.config.vehicle;
+  const AckermanConfig& vehicle = simulated.vehicle;
   config["vehicle.kind"] = "ackerman";
   config["vehicle.ackerman.wheelbase_m"] = vehicle.wheelbase_m;
   config["vehicle.ackerman.encoder_offset_m"] = vehicle.encoder_offset_m;
@@ -55,11 +51,9 @@ py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
   config["vehicle.ackerman.speed_sigma_m_s"] = vehicle.speed_sigma_m_s;
   config["vehicle.ackerman.steering_sigma_rad"] = vehicle.steering_sigma_rad;
   config["vehicle.ackerman.lateral_sigma_m_s"] = vehicle.lateral_sigma_m_s;
-  config["vehicle.ackerman.noise_step_s"] = scenario.config.step_s;
-  config["sensor.range_sigma_m"] = scenario.config.range_sigma_m;
-  config["sensor.bearing_sigma_rad"] = scenario.config.bearing_sigma_rad;
-
-  config["joining.max_pairing_sigma_m"] = 0.8;  // a regular grid of 5 m aliases by one cell: 0.16 of the spacing
+  config["vehicle.ackerman.noise_step_s"] = vehicle.noise_step_s;
+  config["sensor.range_sigma_m"] = simulated.range_sigma_m;
+  config["sensor.bearing_sigma_rad"] = simulated.bearing_sigma_rad;
 
   py::dict dict;
   dict["control_time_s"] = array_of(control_time_s);
@@ -71,10 +65,41 @@ py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
   dict["landmark_id"] = array_of(landmark_id);
   dict["truth_time_s"] = array_of(mission.time_s);
   dict["truth_pose"] = truth;
-  dict["landmark_position"] = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>(mission.world.landmarks_m.transpose());
+  dict["landmark_position"] = PointRows(mission.world.landmarks_m.transpose());
   dict["landmark_ids"] = array_of(mission.world.ids);
   dict["config"] = config;
   return dict;
+}
+
+py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
+  Scenario scenario;
+  SimulatedMission mission;
+  {
+    const py::gil_scoped_release released;
+    scenario = built_in_scenario(name, seed);
+    mission = simulate(scenario.world, scenario.config, seed);
+  }
+  py::dict dict = mission_dict(mission, scenario.config);
+  dict["config"]["joining.max_pairing_sigma_m"] = 0.8;  // a regular grid of 5 m aliases by one cell: 0.16 of the spacing
+  return dict;
+}
+
+py::dict simulate_world(const py::EigenDRef<const Eigen::MatrixXd>& landmarks, const std::vector<std::int64_t>& ids,
+                        const py::EigenDRef<const Eigen::MatrixXd>& waypoints, const py::dict& values, std::uint64_t seed) {
+  for (const auto* points : {&landmarks, &waypoints}) {
+    if (points->cols() != 2) throw InvalidArgument("points", std::to_string(points->cols()) + " columns", "must have x and y");
+  }
+  World world;
+  world.landmarks_m = landmarks.transpose();
+  world.ids = ids;
+  for (Eigen::Index i = 0; i < waypoints.rows(); ++i) world.waypoints.emplace_back(waypoints(i, 0), waypoints(i, 1));
+  const auto config = config_from<VehicleSimulationConfig>(values);
+  SimulatedMission mission;
+  {
+    const py::gil_scoped_release released;
+    mission = simulate(world, config, seed);
+  }
+  return mission_dict(mission, config);
 }
 
 }  // namespace
@@ -83,6 +108,32 @@ void add_simulation(py::module_& module) {
   module.def("scenario_names", &scenario_names);
   module.def("simulate", &simulate_scenario, py::arg("scenario"), py::arg("seed") = 0,
              "A built-in scenario: measured log, truth, filter settings.");
+  module.def("simulate_world", &simulate_world, py::arg("landmarks"), py::arg("ids"), py::arg("waypoints"), py::arg("config"),
+             py::arg("seed") = 0, "The same for landmarks (n x 2) and waypoints (m x 2) in one frame; config as in simulation_fields().");
+  module.def(
+      "simulation_fields",
+      [] {
+        VehicleSimulationConfig config;
+        FieldLister lister;
+        config.visit(lister);
+        return lister.fields();
+      },
+      "Every key of a simulated drive: key, type, default, choices, rule, description.");
+  module.def(
+      "validate_simulation", [](const py::dict& values) { return violations(config_from<VehicleSimulationConfig>(values)); },
+      py::arg("values"), "Every violation of a flat simulation configuration, as text; unknown keys raise ValueError.");
+  module.def(
+      "grid_field",
+      [](int columns, int rows, double spacing_m, double jitter_m, std::uint64_t seed) {
+        return PointRows(grid_field(columns, rows, spacing_m, jitter_m, seed).landmarks_m.transpose());
+      },
+      py::arg("columns"), py::arg("rows"), py::arg("spacing_m"), py::arg("jitter_m"), py::arg("seed"), "Landmarks (n x 2).");
+  module.def(
+      "random_field",
+      [](int count, double width_m, double height_m, double min_distance_m, std::uint64_t seed) {
+        return PointRows(random_field(count, width_m, height_m, min_distance_m, seed).landmarks_m.transpose());
+      },
+      py::arg("count"), py::arg("width_m"), py::arg("height_m"), py::arg("min_distance_m"), py::arg("seed"), "Landmarks (n x 2).");
 }
 
 }  // namespace ssjs::bindings

@@ -21,6 +21,9 @@ from ssjs_cli.session import Session
 COMMANDS = {
     "demo": ("ssjs_cli.commands.demo", "demo", "The built-in mission: simulate, run, report; needs no download."),
     "run": ("ssjs_cli.commands.run", "run", "A mission through SLAM to results and a report."),
+    "compare": ("ssjs_cli.commands.compare", "compare", "One mission through several methods: time, accuracy, consistency."),
+    "consistency": ("ssjs_cli.commands.consistency", "consistency", "A scenario under many seeds: does a method know its own error?"),
+    "sweep": ("ssjs_cli.commands.sweep", "sweep", "Cost and accuracy over submap size and fusion threshold."),
     "simulate": ("ssjs_cli.commands.simulate", "simulate", "Make a mission directory with truth from a scenario."),
     "import": ("ssjs_cli.commands.import_", "import_", "Make a mission directory from logs of other systems."),
     "evaluate": ("ssjs_cli.commands.evaluate", "evaluate", "Errors of a finished run against a reference."),
@@ -74,10 +77,8 @@ def call(arguments: Sequence[str]) -> int:
     session = Session(json_output="--json" in arguments)
     try:
         code = cli.main(args=list(arguments), prog_name="ssjs-cli", standalone_mode=False, obj=session)
-    except click.Abort:
-        return _fail(session, INTERRUPTED, "interrupted; no unfinished result was left")
-    except (InterruptionError, KeyboardInterrupt):
-        return _fail(session, INTERRUPTED, "interrupted; no unfinished result was left")
+    except (InterruptionError, KeyboardInterrupt, click.Abort) as error:
+        return _fail(session, INTERRUPTED, str(error) or "interrupted; no unfinished result was left")
     except click.UsageError as error:
         return _fail(session, USER_ERROR, _usage_text(error))
     except click.ClickException as error:

@@ -100,7 +100,7 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
     reference_T_estimate: FloatArray = np.zeros(3)
     errors = online_errors = None
     moved_reference = nees = None
-    final, final_covariance = _last_of_each_time(estimate.final, estimate.final_covariance)
+    final, final_covariance = last_of_each_time(estimate.final, estimate.final_covariance)
     if track is not None:
         summary["alignment"] = description.alignment
         measured = _trajectory_error(final, track, description, description.outlier_m)
@@ -112,7 +112,7 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
         else:
             reference_T_estimate = np.asarray(measured["reference_T_estimate"], dtype=np.float64)
             errors = _error_table(final, final_covariance, track, measured, description)
-            online, online_covariance = _last_of_each_time(estimate.online, estimate.online_covariance)
+            online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
             online_measured = _trajectory_error(online, track, description, description.outlier_m)
             if online_measured is not None:
                 online_errors = _error_table(online, online_covariance, track, online_measured, description)
@@ -120,7 +120,7 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
             moved_reference = [track.time_s, *_into_estimate_frame(track.position, reference_T_estimate).T]
     truth_T_estimate = reference_T_estimate
     if reference.truth is not None and errors is not None:
-        truth_T_estimate = _start_frame(final, reference.truth, description.max_gap_s, reference_T_estimate)
+        truth_T_estimate = start_frame(final, reference.truth, description.max_gap_s, reference_T_estimate)
         nees = _pose_nees(summary, final, final_covariance, estimate.update_time_s, reference.truth, truth_T_estimate, description)
         _summarize_bases(summary, estimate, reference.truth, truth_T_estimate, description)
     if reference.landmarks is not None:
@@ -151,7 +151,7 @@ def _is_last_of_its_time(time_s: FloatArray) -> np.ndarray[Any, np.dtype[np.bool
     return np.append(np.diff(time_s) > 0.0, True)
 
 
-def _last_of_each_time(series: PoseSeries, covariance: FloatArray) -> tuple[PoseSeries, FloatArray]:
+def last_of_each_time(series: PoseSeries, covariance: FloatArray) -> tuple[PoseSeries, FloatArray]:
     """Several events may share a time; what counts is the estimate after the last of them."""
     keep = _is_last_of_its_time(series.time_s)
     return PoseSeries(series.time_s[keep], series.pose[keep]), covariance[keep]
@@ -253,14 +253,14 @@ def _summarize_trajectory(
     rejected = np.asarray(measured["time_s"])[np.asarray(measured["is_outlier"], dtype=bool)]
     keep = ~np.isin(track.time_s, rejected)
     trusted = _Track(track.time_s[keep], track.position[keep], None if track.heading is None else track.heading[keep])
-    series, _ = _last_of_each_time(estimate.dead_reckoning, estimate.final_covariance)
+    series, _ = last_of_each_time(estimate.dead_reckoning, estimate.final_covariance)
     dead_reckoning = _trajectory_error(series, trusted, description, None)
     if dead_reckoning is not None:
         summary["dead_reckoning_rmse_m"] = float(dead_reckoning["rmse_m"])
         summary["dead_reckoning_final_drift_percent"] = float(dead_reckoning["final_drift_percent"])
 
 
-def _start_frame(series: PoseSeries, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:
+def start_frame(series: PoseSeries, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:
     """truth_T_estimate from the first pose that the truth covers. The estimate's covariance is that about its own start, so a
     NEES is judged there; a least-squares alignment would move errors from the end of the mission to its start."""
     start_errors, rows = _pose_errors(series, truth, np.zeros(3), max_gap_s)
@@ -325,6 +325,23 @@ def _pose_errors(series: PoseSeries, truth: PoseSeries, reference_T_estimate: Fl
     return np.column_stack([position_error, heading_error]), rows
 
 
+def pose_nees(
+    series: PoseSeries, covariance: FloatArray, truth: PoseSeries, truth_T_estimate: FloatArray, max_gap_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times and NEES of the rows of `series` that the truth covers; a row whose covariance is singular (exact by definition) has none."""
+    errors, rows = _pose_errors(series, truth, truth_T_estimate, max_gap_s)
+    R: FloatArray = np.eye(3)
+    R[:2, :2] = _rotation(truth_T_estimate[2])
+    P = R @ _symmetric(covariance[rows]) @ R.T
+    times, values = [], []
+    for time, error, pose_covariance in zip(series.time_s[rows].tolist(), errors, P, strict=True):
+        value = _squared_error(error, pose_covariance)
+        if value is not None:
+            times.append(time)
+            values.append(value)
+    return np.array(times), np.array(values)
+
+
 def _pose_nees(
     summary: dict[str, Any],
     series: PoseSeries,
@@ -337,24 +354,15 @@ def _pose_nees(
     """The vehicle pose after every scan update; without updates, after every event."""
     chosen = np.isin(series.time_s, update_time_s) if len(update_time_s) else np.ones(len(series.time_s), dtype=bool)
     judged = PoseSeries(series.time_s[chosen], series.pose[chosen])
-    errors, rows = _pose_errors(judged, truth, truth_T_estimate, description.max_gap_s)
-    R: FloatArray = np.eye(3)
-    R[:2, :2] = _rotation(truth_T_estimate[2])
-    P = R @ _interpolated_covariance(series.time_s, covariance, judged.time_s[rows]) @ R.T
-    times, values = [], []
-    for time, error, pose_covariance in zip(judged.time_s[rows].tolist(), errors, P, strict=True):
-        value = _squared_error(error, pose_covariance)
-        if value is not None:
-            times.append(time)
-            values.append(value)
-    if not values:
+    times, values = pose_nees(judged, covariance[chosen], truth, truth_T_estimate, description.max_gap_s)
+    if not len(values):
         return None
     dof = np.full(len(values), POSE_DOF, dtype=np.int64)
-    consistency = _core.consistency_summary(np.array(values), dof)
+    consistency = _core.consistency_summary(values, dof)
     summary["nees_mean"] = float(consistency["mean"])
     summary["nees_inside_fraction"] = float(consistency["inside_fraction"])
     summary["nees_dof"] = POSE_DOF
-    return [np.array(times), np.array(values), dof]
+    return [times, values, dof]
 
 
 def _summarize_bases(
@@ -385,6 +393,7 @@ def _summarize_bases(
     value = _squared_error(np.concatenate([error for _, error in kept]), joint)
     if value is not None:
         summary["nees_joint_per_dof"] = value / (POSE_DOF * count)
+        summary["nees_joint_dof"] = POSE_DOF * count
 
 
 def with_alignment(reference: Reference, alignment: str | None) -> Reference:

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import resource
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -35,21 +34,17 @@ from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import (
     CONFIG_FILE,
     LOG_FILE,
-    MEASURED_KEYS,
     MISSION_LINK_FILE,
-    REFERENCE_KEYS,
-    STEP_TIME_KEYS,
     SUMMARY_FILE,
-    TIME_KEYS,
     TIMING_FILE,
     Estimate,
     estimate_of,
     json_text,
-    numbers_of,
     why_not_a_run,
     write_estimate,
 )
 from ssjs_cli.progress import interruptible, working
+from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
 
 RUN_KIND = "run directory"
@@ -270,24 +265,6 @@ def _calibrated(settings: Settings, log: Any, seed: int, session: Session) -> Se
     return settings.replaced(calibration.changes, "--calibrate")
 
 
-def _timing(result: Mapping[str, Any], stopwatch: _Stopwatch) -> dict[str, Any]:
-    step_time_us = np.asarray(result["step_time_us"], dtype=np.float64)
-    quantiles = np.percentile(step_time_us, [50.0, 99.0, 100.0]).tolist() if len(step_time_us) else [None] * 3
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    bytes_per_unit = 1 if sys.platform == "darwin" else 1024
-    timing: dict[str, Any] = {key: result["timing"].get(key) for key in TIME_KEYS}
-    timing.update({key: _tidy(value) for key, value in zip(STEP_TIME_KEYS, quantiles, strict=True)})
-    timing["peak_rss_mb"] = round(usage.ru_maxrss * bytes_per_unit / 1e6, 1)
-    timing["wall_s"] = round(time.perf_counter() - stopwatch.started_s, 6)
-    timing["cpu_user_s"], timing["cpu_system_s"] = round(usage.ru_utime, 6), round(usage.ru_stime, 6)
-    timing["parts"] = dict(stopwatch.parts_s)
-    return timing
-
-
-def _tidy(value: float | None) -> float | None:
-    return None if value is None else round(value, 3)
-
-
 def _summary(
     mission: Mission,
     settings: Settings,
@@ -301,7 +278,6 @@ def _summary(
     warnings: Sequence[str],
     lost: Sequence[str],
 ) -> dict[str, Any]:
-    counters = result["counters"]
     summary: dict[str, Any] = {
         "mission": mission.name,
         "method": settings.method,
@@ -312,33 +288,16 @@ def _summary(
         "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
         "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
     }
-    summary.update({key: counters.get(key) for key in MEASURED_KEYS})
-    summary.update({key: timing[key] for key in (*TIME_KEYS, *STEP_TIME_KEYS, "peak_rss_mb")})
-    summary.update({key: evaluation.summary[key] for key in REFERENCE_KEYS})
-    summary.update(_nis_summary(result["updates"]))
-    summary["half_chi2_initial"] = _number_or_none(counters, result["timing"], "half_chi2_initial")
-    summary["half_chi2_final"] = _number_or_none(counters, result["timing"], "half_chi2_final")
-    summary.update({key: value for key, value in numbers_of(counters).items() if key not in summary})
-    fusion_dof = counters.get("fusion_dof")
-    summary["fusion_chi2_per_dof"] = round(float(result["fusion_chi2"]) / fusion_dof, 6) if fusion_dof else None
+    summary.update(measures(result, evaluation, timing))
     summary["warnings"] = list(warnings)
     summary["lost"] = list(lost)
     return summary
 
 
-def _number_or_none(counters: Mapping[str, Any], timing: Mapping[str, Any], key: str) -> float | None:
-    value = counters.get(key, timing.get(key))
-    return None if value is None else float(value)
-
-
-def _nis_summary(updates: Mapping[str, Any]) -> dict[str, Any]:
-    """nis_mean is per degree of freedom, because scans differ in their number of pairings."""
-    nis = np.asarray(updates["nis"], dtype=np.float64)
-    if len(nis) == 0:
-        return {"nis_mean": None, "nis_inside_fraction": None, "nis_above_fraction": None}
-    consistency = _core.consistency_summary(nis, np.asarray(updates["dof"], dtype=np.int64))
-    return {
-        "nis_mean": round(float(consistency["mean_per_dof"]), 6),
-        "nis_inside_fraction": round(float(consistency["inside_fraction"]), 6),
-        "nis_above_fraction": round(float(consistency["above_fraction"]), 6),
-    }
+def _timing(result: Mapping[str, Any], stopwatch: _Stopwatch) -> dict[str, Any]:
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    timing = run_times(result)
+    timing["wall_s"] = round(time.perf_counter() - stopwatch.started_s, 6)
+    timing["cpu_user_s"], timing["cpu_system_s"] = round(usage.ru_utime, 6), round(usage.ru_stime, 6)
+    timing["parts"] = dict(stopwatch.parts_s)
+    return timing

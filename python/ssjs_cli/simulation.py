@@ -6,15 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field, ValidationError
 
 from ssjs_cli import _core
 from ssjs_cli.config import (
     DEFAULT_SEED,
     VEHICLE_KEY,
-    StrictModel,
     checked_seed,
-    describe_validation_error,
     flatten,
     layer_from_tables,
     nest,
@@ -22,68 +19,74 @@ from ssjs_cli.config import (
 )
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.mission import Mission, Observations, Odometry, Reference, ReferenceDescription, SurveyedLandmarks
-from ssjs_cli.formats.toml_file import load_toml
+from ssjs_cli.formats.scenario_file import WORLD_TABLES, read_scenario_file
 from ssjs_cli.formats.tum import PoseSeries
-
-
-class ScenarioDocument(StrictModel):
-    """A scenario file: a built-in scenario under another name, seed or settings."""
-
-    scenario: str
-    name: str = Field(default="", pattern=r"^[\w .-]*$")
-    description: str = ""
-    seed: int | None = None
-    settings: dict[str, Any] = Field(default_factory=dict)
+from ssjs_cli.scenario_world import simulate_world, simulator_config
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """`settings` are nested tables laid over those of the built-in scenario."""
+    """Either a built-in scenario by its name, or the tables of a scenario file. `settings` are laid over those that it brings along.
+    Plain data, so that a worker elsewhere can simulate it."""
 
-    built_in: str
     name: str
     seed: int
+    built_in: str = ""
+    world: Mapping[str, Any] | None = None
     description: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """All that determines its mission, but for the seed."""
+        return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings)}
 
 
 def read_scenario(text: str, seed: int | None) -> Scenario:
     """A built-in name, or a TOML file."""
     path = Path(text)
     if path.suffix != ".toml":
-        return Scenario(text, text, DEFAULT_SEED if seed is None else seed)
-    content = load_toml(path)
-    try:
-        document = ScenarioDocument.model_validate(content)
-    except ValidationError as error:
-        raise UserError(describe_validation_error(error, str(path), list(ScenarioDocument.model_fields))) from error
-    layer_from_tables(document.settings, f"{path} [settings]")
-    file_seed = None if document.seed is None else checked_seed(document.seed, f"{path}: seed")
+        return Scenario(text, DEFAULT_SEED if seed is None else seed, built_in=text)
+    document = read_scenario_file(path)
+    settings = document.get("settings", {})
+    layer_from_tables(settings, f"{path} [settings]")
+    file_seed = None if document.get("seed") is None else checked_seed(document["seed"], f"{path}: seed")
     chosen = seed if seed is not None else file_seed
-    return Scenario(
-        document.scenario,
-        document.name or path.stem,
+    scenario = Scenario(
+        document["name"] or path.stem,
         DEFAULT_SEED if chosen is None else chosen,
-        document.description,
-        document.settings,
+        built_in=document.get("scenario", ""),
+        world={table: document[table] for table in WORLD_TABLES} if "path" in document else None,
+        description=document["description"],
+        settings=settings,
     )
+    if scenario.world is not None:
+        simulator_config(scenario.world, str(path))
+    return scenario
 
 
-def simulate_mission(scenario: Scenario) -> Mission:
+def _simulated(scenario: Scenario) -> dict[str, Any]:
+    if scenario.world is not None:
+        return simulate_world(scenario.world, scenario.seed, f"scenario {scenario.name}")
     names = _core.scenario_names()
     if scenario.built_in not in names:
         hint = nearest_hint(scenario.built_in, names)
-        raise UserError(f"scenario '{scenario.built_in}' is not known{hint}; the built-in ones are {', '.join(names)}")
+        known = ", ".join(names)
+        raise UserError(f"scenario '{scenario.built_in}' is not known{hint}; the built-in ones are {known}; or name a .toml file")
     try:
-        simulated = _core.simulate(scenario.built_in, scenario.seed)
+        return _core.simulate(scenario.built_in, scenario.seed)
     except ValueError as error:
         raise UserError(f"scenario '{scenario.built_in}': {error}") from error
+
+
+def simulate_mission(scenario: Scenario) -> Mission:
+    simulated = _simulated(scenario)
     settings = {**dict(simulated["config"]), **dict(flatten(scenario.settings))}
     resolve([layer_from_tables(nest(settings), f"scenario {scenario.name}")])
     settings.setdefault(VEHICLE_KEY, "ackerman")
     return Mission(
         name=scenario.name,
-        description=scenario.description or f"simulated: {scenario.built_in}, seed {scenario.seed}",
+        description=scenario.description or f"simulated: {scenario.built_in or scenario.name}, seed {scenario.seed}",
         odometry=Odometry("ackerman", np.column_stack([simulated["control_time_s"], simulated["speed_m_s"], simulated["steering_rad"]])),
         observations=Observations(
             np.asarray(simulated["scan_time_s"], dtype=np.float64),

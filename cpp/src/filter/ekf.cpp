@@ -16,7 +16,10 @@ constexpr Eigen::Index kVehicle = StateLayout::kVehicle;
 
 }  // namespace
 
-Ekf::Ekf(Eigen::Index landmark_capacity, ErrorForm error_form) : error_form_(error_form) {
+Ekf::Ekf(Eigen::Index landmark_capacity, ErrorForm error_form, StateLayout layout) : error_form_(error_form), layout_(layout) {
+  if (layout.has_frozen_pose && error_form != ErrorForm::kAdditive) {
+    throw InvalidArgument("Ekf error_form", "kInvariant", "a filter with a frozen pose takes the additive form");
+  }
   observations_.reserve(static_cast<std::size_t>(kInitialObservations));
   S_.resize(2 * kInitialObservations, 2 * kInitialObservations);
   innovation_.resize(2 * kInitialObservations);
@@ -26,7 +29,7 @@ Ekf::Ekf(Eigen::Index landmark_capacity, ErrorForm error_form) : error_form_(err
 void Ekf::reserve(Eigen::Index landmarks) {
   if (landmarks <= capacity_) return;
   capacity_ = std::max(landmarks, 2 * capacity_);
-  const Eigen::Index n = (StateLayout::size(capacity_) + 3) / 4 * 4;  // whole tiles of SymmetricDowndate
+  const Eigen::Index n = (layout_.size(capacity_) + 3) / 4 * 4;  // whole tiles of SymmetricDowndate
   const Eigen::Index old = P_.rows();
   mean_.conservativeResize(n);
   P_.conservativeResize(n, n);
@@ -44,6 +47,24 @@ void Ekf::reset(const GaussianSe2& submap_T_vehicle) {
   landmarks_ = 0;
   vehicle_ = submap_T_vehicle.mean;
   P_.topLeftCorner<kVehicle, kVehicle>() = submap_T_vehicle.covariance;
+  if (layout_.has_frozen_pose) {  // (F-9): a second name for the vehicle of this moment
+    mean_.segment<kVehicle>(kVehicle) = submap_T_vehicle.mean.vector();
+    P_.block<kVehicle, kVehicle>(kVehicle, 0) = submap_T_vehicle.covariance;
+    P_.block<kVehicle, kVehicle>(kVehicle, kVehicle) = submap_T_vehicle.covariance;
+  }
+  transition_.setIdentity();
+  transition_pending_ = false;
+}
+
+void Ekf::restore(const MapState& state) {
+  if (state.layout.has_frozen_pose != layout_.has_frozen_pose) {
+    throw InvalidArgument("MapState.layout.has_frozen_pose", state.layout.has_frozen_pose ? "true" : "false", "must be that of the filter");
+  }
+  reserve(state.landmarks());
+  landmarks_ = state.landmarks();
+  vehicle_ = Se2::from_vector(state.mean.head<kVehicle>());
+  mean_.head(state.mean.size()) = state.mean;
+  P_.topLeftCorner(state.mean.size(), state.mean.size()) = state.covariance;
   transition_.setIdentity();
   transition_pending_ = false;
 }
@@ -59,7 +80,7 @@ void Ekf::predict(const MotionPrediction& motion) {
 
 void Ekf::settle() {
   if (!transition_pending_) return;
-  const Eigen::Index m = StateLayout::size(landmarks_) - kVehicle;
+  const Eigen::Index m = layout_.size(landmarks_) - kVehicle;
   auto cross = P_.block(kVehicle, 0, m, kVehicle);  // P(landmarks, vehicle)
   for (Eigen::Index r = 0; r < m; ++r) {
     const Eigen::Vector3d row = transition_ * cross.row(r).transpose();  // (F-1), cross rows
@@ -78,7 +99,7 @@ void Ekf::add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Ma
                        const Eigen::Matrix2d& noise) {
   reserve(landmarks_ + 1);
   settle();
-  const Eigen::Index at = StateLayout::offset(landmarks_);
+  const Eigen::Index at = layout_.offset(landmarks_);
   const Eigen::Matrix3d P_vehicle = vehicle_covariance();
   mean_.segment<2>(at) = submap_p_landmark;
   P_.block<2, kVehicle>(at, 0).noalias() = J_vehicle * P_vehicle;  // (F-5)
@@ -88,14 +109,27 @@ void Ekf::add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Ma
   if (watcher_ != nullptr) watcher_->on_add(J_vehicle);
 }
 
+void Ekf::add_dependent_landmark(const Eigen::Vector2d& submap_p_landmark,
+                                 const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& J_state, const Eigen::Matrix2d& noise) {
+  if (watcher_ != nullptr) throw InvalidArgument("Ekf::add_dependent_landmark", "watched filter", "a watcher cannot follow it");
+  reserve(landmarks_ + 1);
+  settle();
+  const Eigen::Index at = layout_.offset(landmarks_);
+  const Eigen::Matrix<double, 2, Eigen::Dynamic> JP = J_state * P_.topLeftCorner(at, at).selfadjointView<Eigen::Lower>();  // (F-10)
+  mean_.segment<2>(at) = submap_p_landmark;
+  P_.block(at, 0, 2, at) = JP;
+  P_.block<2, 2>(at, at) = JP * J_state.transpose() + noise;
+  ++landmarks_;
+}
+
 void Ekf::remove_landmark(Eigen::Index landmark) {
   const Eigen::Index last = landmarks_ - 1;
   if (landmark < 0 || landmark > last) throw InvalidArgument("landmark", static_cast<double>(landmark), "no landmark has this index");
   if (landmark != last) {
     settle();
-    const Eigen::Index n = StateLayout::size(landmarks_);
-    const Eigen::Index to = StateLayout::offset(landmark);
-    const Eigen::Index from = StateLayout::offset(last);
+    const Eigen::Index n = layout_.size(landmarks_);
+    const Eigen::Index to = layout_.offset(landmark);
+    const Eigen::Index from = layout_.offset(last);
     read_landmark_columns(last, n, landmark_columns_.topRows(n));  // (F-6): the rows that stay, the last ones moved
     const Eigen::Matrix2d own = landmark_columns_.block<2, 2>(from, 0);
     mean_.segment<2>(to) = mean_.segment<2>(from);
@@ -108,7 +142,7 @@ void Ekf::remove_landmark(Eigen::Index landmark) {
 }
 
 void Ekf::read_landmark_columns(Eigen::Index landmark, Eigen::Index n, Eigen::Ref<Eigen::MatrixXd> columns) const {
-  const Eigen::Index at = StateLayout::offset(landmark);
+  const Eigen::Index at = layout_.offset(landmark);
   columns.topRows(at) = P_.block(at, 0, 2, at).transpose();
   columns.middleRows(at, n - at) = P_.block(at, at, n - at, 2);
   columns(at, 1) = columns(at + 1, 0);
@@ -130,12 +164,12 @@ void Ekf::predict_observations(const std::vector<Eigen::Index>& landmarks, Pairi
   }
   for (Eigen::Index i = 0; i < count; ++i) {  // (F-2): H P H' by blocks, independent of the size of the map
     const LinearObservation& a = observations_[static_cast<std::size_t>(i)];
-    const Eigen::Index at_a = StateLayout::offset(a.landmark);
+    const Eigen::Index at_a = layout_.offset(a.landmark);
     // rows of H_i P over the vehicle
     const Eigen::Matrix<double, 2, 3> HP_vehicle = a.H_vehicle * P_vehicle + a.H_landmark * P_.block<2, kVehicle>(at_a, 0);
     for (Eigen::Index j = 0; j <= i; ++j) {
       const LinearObservation& b = observations_[static_cast<std::size_t>(j)];
-      const Eigen::Index at_b = StateLayout::offset(b.landmark);
+      const Eigen::Index at_b = layout_.offset(b.landmark);
       Eigen::Matrix2d P_ab;  // landmark-landmark block out of the lower triangle
       if (at_a > at_b) {
         P_ab = P_.block<2, 2>(at_a, at_b);
@@ -167,7 +201,7 @@ UpdateResult Ekf::update(const Features& features, const std::vector<Pair>& pair
 UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
   if (observations.empty()) return {};
   settle();
-  const Eigen::Index n = StateLayout::size(landmarks_);
+  const Eigen::Index n = layout_.size(landmarks_);
   const Eigen::Index m = n - kVehicle;
   const auto k = static_cast<Eigen::Index>(2 * observations.size());
   if (k > S_.cols()) {  // a scan larger than any before
@@ -192,7 +226,7 @@ UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
   for (Eigen::Index i = 0; i < k; i += 2) {  // (F-3): S = H P H' + R
     const LinearObservation& z = observations[static_cast<std::size_t>(i / 2)];
     S.middleRows<2>(i) = z.H_vehicle.lazyProduct(PHt.topRows<kVehicle>());
-    S.middleRows<2>(i) += z.H_landmark.lazyProduct(PHt.middleRows<2>(StateLayout::offset(z.landmark)));
+    S.middleRows<2>(i) += z.H_landmark.lazyProduct(PHt.middleRows<2>(layout_.offset(z.landmark)));
     S.block<2, 2>(i, i) += z.R;
   }
   // Lower Cholesky in place: S = L L'.
@@ -234,6 +268,7 @@ void Ekf::move_additively(const Eigen::Ref<const Eigen::VectorXd>& step) {
   const Eigen::Vector3d vehicle_step = step.head<kVehicle>();
   vehicle_ = additive_step(vehicle_, vehicle_step);
   mean_.segment(kVehicle, step.size() - kVehicle) += step.tail(step.size() - kVehicle);
+  if (layout_.has_frozen_pose) mean_(kVehicle + 2) = wrap_angle(mean_(kVehicle + 2));
 }
 
 void Ekf::move_invariantly(const Eigen::Ref<const Eigen::VectorXd>& step) {
@@ -276,19 +311,28 @@ void Ekf::move_invariantly(const Eigen::Ref<const Eigen::VectorXd>& step) {
 Eigen::Matrix3d Ekf::vehicle_covariance() const { return P_.topLeftCorner<kVehicle, kVehicle>().selfadjointView<Eigen::Lower>(); }
 
 Eigen::Matrix2d Ekf::landmark_covariance(Eigen::Index landmark) const {
-  const Eigen::Index at = StateLayout::offset(landmark);
+  const Eigen::Index at = layout_.offset(landmark);
   return P_.block<2, 2>(at, at).selfadjointView<Eigen::Lower>();
 }
 
 Eigen::Ref<const Eigen::MatrixXd> Ekf::landmark_vehicle_covariance() {
   settle();
-  return P_.block(kVehicle, 0, StateLayout::size(landmarks_) - kVehicle, kVehicle);
+  return P_.block(layout_.poses(), 0, StateLayout::kLandmark * landmarks_, kVehicle);
+}
+
+GaussianSe2 Ekf::frozen_T_vehicle() {
+  settle();
+  const RelativePose relative = relative_pose(Se2::from_vector(mean_.segment<kVehicle>(kVehicle)), vehicle_);
+  Eigen::Matrix<double, 3, 6> J;
+  J << relative.J_j, relative.J_i;
+  const Matrix6d P = P_.topLeftCorner<6, 6>().selfadjointView<Eigen::Lower>();
+  return {relative.i_T_j, J * P * J.transpose()};
 }
 
 MapState Ekf::state() {
   settle();
-  const Eigen::Index n = StateLayout::size(landmarks_);
-  MapState state{mean_.head(n), P_.topLeftCorner(n, n).selfadjointView<Eigen::Lower>()};
+  const Eigen::Index n = layout_.size(landmarks_);
+  MapState state{mean_.head(n), P_.topLeftCorner(n, n).selfadjointView<Eigen::Lower>(), layout_};
   state.mean(StateLayout::vehicle()) = vehicle_.vector();
   return state;
 }

@@ -7,7 +7,7 @@ GaussianSe2 MapState::vehicle() const {
 }
 
 GaussianPoint2 MapState::landmark(Eigen::Index index) const {
-  return {mean(StateLayout::landmark(index)), covariance(StateLayout::landmark(index), StateLayout::landmark(index))};
+  return {mean(layout.landmark(index)), covariance(layout.landmark(index), layout.landmark(index))};
 }
 
 }  // namespace ssjs

@@ -77,7 +77,12 @@ void GlobalMap::replace(int a, int b, const LiveMap& joined, const JoinEvidence&
   set_factor(joined);
   for (const LiveMap* const map : changed) set_factor(*map);
   forget_unused_bases();
-  if (!sparse_) return;
+  pending_ = sparse_;
+}
+
+void GlobalMap::settle() {
+  if (!pending_) return;
+  pending_ = false;
   sparse_solver_.optimize(factors_, poses_, kOnlineTolerance);
   tail_.clear();
   stale_ = false;
@@ -211,6 +216,7 @@ void GlobalMap::go_dense() {
 
 void GlobalMap::relinearize() {
   if (!sparse_) go_sparse();
+  pending_ = false;
   sparse_solver_.optimize(factors_, poses_, kFinalTolerance);
   tail_.clear();
   stale_ = false;

@@ -5,7 +5,6 @@
 #include <numeric>
 #include <utility>
 
-#include "ssjs/joining/loop_candidates.hpp"
 #include "ssjs/joining/nearby_maps.hpp"
 
 namespace ssjs {
@@ -41,20 +40,14 @@ std::vector<LandmarkEstimate> listed_once(const std::vector<LandmarkEstimate>& l
 }
 
 std::vector<SameLandmark> common_landmarks(const std::map<int, LiveMap>& maps, const std::map<int, std::size_t>& first_of,
-                                           const GlobalMap& global, const MapAssociator& associator) {
+                                           const std::function<Se2(int)>& global_T_base,
+                                           const std::function<std::vector<Pair>(const LiveMap& a, const LiveMap& b)>& paired) {
   std::vector<SameLandmark> same;
-  const std::optional<double> gate = associator.ambiguity_gate();
   for (auto a = maps.begin(); a != maps.end(); ++a) {
     for (auto b = std::next(a); b != maps.end(); ++b) {
-      const double centres = (global.pose(a->first) * a->second.centroid - global.pose(b->first) * b->second.centroid).norm();
+      const double centres = (global_T_base(a->first) * a->second.centroid - global_T_base(b->first) * b->second.centroid).norm();
       if (centres > a->second.radius + b->second.radius + kReachMargin) continue;
-      Overlap near = overlap(a->second, b->second, global, kReachMargin);
-      if (near.a_landmarks.empty() || near.b_landmarks.empty()) continue;
-      const Encounter meeting = encounter(a->second, b->second, global, std::move(near));
-      const std::vector<Pair> pairs =
-          associator.associate_exactly(meeting.problem, a->second, meeting.a_landmarks, b->second, meeting.b_landmarks).pairs;
-      if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) continue;
-      for (const Pair& pair : landmark_pairs(meeting, pairs)) {
+      for (const Pair& pair : paired(a->second, b->second)) {
         same.emplace_back(first_of.at(a->first) + static_cast<std::size_t>(pair.prediction),
                           first_of.at(b->first) + static_cast<std::size_t>(pair.observation));
       }

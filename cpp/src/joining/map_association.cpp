@@ -1,12 +1,29 @@
 #include "ssjs/joining/map_association.hpp"
 
 #include <map>
-#include <numeric>
 
 #include "ssjs/association/nearest_neighbour.hpp"
 #include "ssjs/association/randomized_joint_compatibility.hpp"
 
 namespace ssjs {
+
+std::vector<Pair> pair_by_identity(const LiveMap& a, const LiveMap& b) {
+  std::map<std::int64_t, Eigen::Index> in_a;
+  for (Eigen::Index i = 0; i < a.landmark_count(); ++i) {
+    const auto& id = a.landmarks[static_cast<std::size_t>(i)].source_id;
+    if (id) in_a.emplace(*id, i);
+  }
+  std::vector<Pair> pairs;
+  for (Eigen::Index i = 0; i < b.landmark_count(); ++i) {
+    const auto& id = b.landmarks[static_cast<std::size_t>(i)].source_id;
+    if (!id) continue;
+    const auto found = in_a.find(*id);
+    if (found == in_a.end()) continue;
+    pairs.push_back({i, found->second});
+    in_a.erase(found);
+  }
+  return pairs;
+}
 
 std::optional<int> count_wrong_pairs(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b) {
   int wrong = 0;
@@ -19,55 +36,20 @@ std::optional<int> count_wrong_pairs(const std::vector<Pair>& pairs, const LiveM
   return wrong;
 }
 
-std::vector<Pair> pair_by_identity(const LiveMap& a, const LiveMap& b) {
-  std::vector<Eigen::Index> all_of_a(a.landmarks.size());
-  std::vector<Eigen::Index> all_of_b(b.landmarks.size());
-  std::iota(all_of_a.begin(), all_of_a.end(), Eigen::Index{0});
-  std::iota(all_of_b.begin(), all_of_b.end(), Eigen::Index{0});
-  return pair_by_identity(a, all_of_a, b, all_of_b);
-}
-
-std::vector<Pair> pair_by_identity(const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks, const LiveMap& b,
-                                   const std::vector<Eigen::Index>& b_landmarks) {
-  std::multimap<std::int64_t, std::size_t> free;  // identity -> position in a_landmarks, ascending
-  for (std::size_t j = 0; j < a_landmarks.size(); ++j) {
-    const auto& id = a.landmarks[static_cast<std::size_t>(a_landmarks[j])].source_id;
-    if (id) free.emplace(*id, j);
-  }
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < b_landmarks.size(); ++i) {
-    const auto& id = b.landmarks[static_cast<std::size_t>(b_landmarks[i])].source_id;
-    if (!id) continue;
-    const auto found = free.lower_bound(*id);
-    if (found == free.end() || found->first != *id) continue;
-    pairs.push_back({static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(found->second)});
-    free.erase(found);
-  }
-  return pairs;
-}
-
 MapAssociator::MapAssociator(const MapAssociationConfig& config, std::uint64_t seed)
     : config_(config), rng_(Rng(seed).stream("map association")) {}
 
 std::optional<double> MapAssociator::ambiguity_gate() const { return identities_are_known() ? std::nullopt : config_.max_pairing_sigma_m; }
 
-Hypothesis MapAssociator::associate(const PairingProblem& problem, const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks,
-                                    const LiveMap& b, const std::vector<Eigen::Index>& b_landmarks) {
+Hypothesis MapAssociator::associate(const PairingProblem& problem) {
   if (config_.method == AssociationMethod::kNearestNeighbour) return nearest_neighbour(problem, config_.joint.gate_probability);
-  if (config_.method == AssociationMethod::kRandomizedJointCompatibility) {
+  const bool is_large = config_.randomized_above && std::max(problem.observations(), problem.predictions()) > *config_.randomized_above;
+  if (config_.method == AssociationMethod::kRandomizedJointCompatibility || is_large) {
     RandomizedJointCompatibilityConfig randomized;
     randomized.joint = config_.joint;
     return randomized_joint_compatibility(problem, randomized, rng_);
   }
-  return associate_exactly(problem, a, a_landmarks, b, b_landmarks);
-}
-
-Hypothesis MapAssociator::associate_exactly(const PairingProblem& problem, const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks,
-                                            const LiveMap& b, const std::vector<Eigen::Index>& b_landmarks) const {
-  if (!identities_are_known()) return joint_compatibility(problem, config_.joint);
-  Hypothesis hypothesis;
-  hypothesis.pairs = pair_by_identity(a, a_landmarks, b, b_landmarks);
-  return hypothesis;
+  return associate_exactly(problem);
 }
 
 }  // namespace ssjs

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/joining/fusion.hpp"
 #include "ssjs/joining/landmark_list.hpp"
+#include "ssjs/joining/loop_attempt.hpp"
 #include "ssjs/joining/loop_candidates.hpp"
 #include "ssjs/joining/nearby_maps.hpp"
 
@@ -30,8 +30,9 @@ std::vector<Pair> row_by_row(std::size_t count) {
 SelectiveJoiner::SelectiveJoiner(const SelectiveJoinerConfig& config, AssociationMethod association,
                                  std::optional<int> max_submap_landmarks, std::uint64_t seed)
     : config_(config),
-      associator_({association, {config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_pairing_sigma_m},
-                  seed),
+      associator_(
+          {association, {config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_pairing_sigma_m, {}},
+          seed),
       max_submap_landmarks_(max_submap_landmarks),
       global_(config.solver, config.dense_bases) {}
 
@@ -40,9 +41,7 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
   LiveMap fresh = live_map_of(submap);
   newest_base_ = submap.index + 1;
   global_.attach(fresh);
-  const int smaller = max_submap_landmarks_ ? std::min<int>(*max_submap_landmarks_, static_cast<int>(fresh.landmark_count()))
-                                            : static_cast<int>(fresh.landmark_count());
-  const int needed = std::max(config_.min_pairs, static_cast<int>(std::ceil(config_.fusion_threshold * smaller - 1e-9)));
+  const int needed = needed_pairs({config_.fusion_threshold, config_.min_pairs, max_submap_landmarks_}, fresh);
   const bool comparable = fresh.landmark_count() >= needed;
   const std::vector<int> candidates = comparable ? candidates_for(fresh) : std::vector<int>{};
   replace_users(fresh, 1);
@@ -55,10 +54,14 @@ JoinReport SelectiveJoiner::take(const Submap& submap) {
     attempt.from = submap.index;
     attempt.to = candidate;
     attempt.accepted = compare(candidate, current, needed, attempt, report);
-    if (attempt.accepted) current = candidate;
+    if (attempt.accepted) {
+      current = candidate;
+      ++report.fusions;
+    }
     ++report.candidates;
     report.loops.push_back(std::move(attempt));
   }
+  global_.settle();
   return report;
 }
 
@@ -82,7 +85,7 @@ std::vector<Pair> SelectiveJoiner::search_pairs(const LiveMap& a, const LiveMap&
   }
   const Encounter meeting = encounter(a, b, global_, std::move(near));
   const auto begin = std::chrono::steady_clock::now();
-  const Hypothesis hypothesis = associator_.associate(meeting.problem, a, meeting.a_landmarks, b, meeting.b_landmarks);
+  const Hypothesis hypothesis = associator_.associate(meeting.problem);
   report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.budget_exhausted = report.budget_exhausted || hypothesis.budget_exhausted;
   return landmark_pairs(meeting, hypothesis.pairs);
@@ -214,8 +217,9 @@ void SelectiveJoiner::freeze_inner_poses(LiveMap& fused) {
 
 GaussianSe2 SelectiveJoiner::global_T_newest_base() const { return {global_.pose(newest_base_), global_.covariance({newest_base_})}; }
 
-void SelectiveJoiner::finish() {
+JoinReport SelectiveJoiner::finish() {
   if (config_.final_adjustment && newest_base_ > 0) global_.relinearize();
+  return {};
 }
 
 WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
@@ -237,8 +241,21 @@ WorldEstimate SelectiveJoiner::estimate(BaseCovariance covariance) const {
   estimate.global_T_base = bases.global_T_base();
   for (int k = 0; k < newest_base_; ++k) estimate.border_covariance.push_back(bases.border_covariance(k));
   if (covariance == BaseCovariance::kJoint) estimate.base_covariance = bases.joint_covariance();
-  estimate.landmarks = listed_once(estimate.landmarks, common_landmarks(maps_, first_of, global_, associator_));
+  const auto pose = [&](int base) { return global_.pose(base); };
+  const auto paired = [&](const LiveMap& a, const LiveMap& b) { return common_landmarks_of(a, b); };
+  estimate.landmarks = listed_once(estimate.landmarks, common_landmarks(maps_, first_of, pose, paired));
   return estimate;
+}
+
+std::vector<Pair> SelectiveJoiner::common_landmarks_of(const LiveMap& a, const LiveMap& b) const {
+  if (associator_.identities_are_known()) return pair_by_identity(a, b);
+  Overlap near = overlap(a, b, global_, kReachMargin);
+  if (near.a_landmarks.empty() || near.b_landmarks.empty()) return {};
+  const Encounter meeting = encounter(a, b, global_, std::move(near));
+  const std::vector<Pair> pairs = associator_.associate_exactly(meeting.problem).pairs;
+  const std::optional<double> gate = associator_.ambiguity_gate();
+  if (gate && !(displacement_sigma(meeting, pairs) <= *gate)) return {};
+  return landmark_pairs(meeting, pairs);
 }
 
 }  // namespace ssjs

@@ -32,7 +32,7 @@ GaussianSe2 SubmapMapper::global_T_vehicle() const {
 
 JoinReport SubmapMapper::finish() {
   JoinReport report = join(builder_.finish("end of the mission"));
-  joiner_->finish();
+  report.append(joiner_->finish());
   global_T_base_ = joiner_->global_T_newest_base();
   finished_ = true;
   return report;

@@ -107,19 +107,25 @@ void ScanAssociator::pose_problem(const Features& scan, Ekf& filter) {
   filter.predict_observations(answer_.selected, problem_);
 }
 
-void ScanAssociator::preselect(const Features& scan, const Ekf& filter) {
-  double farthest = 0.0;
-  double sigma_range = 0.0;
+ScanReach::ScanReach(const Features& scan, const Ekf& filter)
+    : vehicle_variance_(filter.vehicle_covariance().topLeftCorner<2, 2>().trace()) {
   for (const Feature& feature : scan) {
-    farthest = std::max(farthest, feature.range());
-    sigma_range = std::max(sigma_range, std::sqrt(feature.covariance(0, 0)));
+    farthest_m_ = std::max(farthest_m_, feature.range());
+    sigma_range_m_ = std::max(sigma_range_m_, std::sqrt(feature.covariance(0, 0)));
   }
+}
+
+double ScanReach::radius_m(double position_variance) const {
+  const double spread = std::sqrt(vehicle_variance_ + position_variance) + sigma_range_m_;
+  return farthest_m_ + kPreselectionSigmas * spread;
+}
+
+void ScanAssociator::preselect(const Features& scan, const Ekf& filter) {
+  const ScanReach reach(scan, filter);
   const Se2& pose = filter.vehicle_pose();
-  const double vehicle_variance = filter.vehicle_covariance().topLeftCorner<2, 2>().trace();
   for (Eigen::Index i = 0; i < filter.landmarks(); ++i) {
     const double distance = (filter.landmark_position(i) - pose.translation()).norm();
-    const double spread = std::sqrt(vehicle_variance + filter.landmark_covariance(i).trace()) + sigma_range;
-    if (distance <= farthest + kPreselectionSigmas * spread && distance > 1e-6) answer_.selected.push_back(i);
+    if (distance <= reach.radius_m(filter.landmark_covariance(i).trace()) && distance > 1e-6) answer_.selected.push_back(i);
   }
 }
 

@@ -15,6 +15,10 @@ GaussianSe2 between_borders(const SubmapStep& step, const Se2& global_T_base, co
 std::vector<TrajectoryPoint> final_trajectory(const std::vector<Submap>& submaps, const WorldEstimate& world) {
   std::vector<TrajectoryPoint> trajectory;
   for (const Submap& submap : submaps) {
+    if (submap.steps_are_global) {
+      for (const SubmapStep& step : submap.steps) trajectory.push_back({step.time_s, {step.base_T_vehicle, step.covariance}});
+      continue;
+    }
     const auto k = static_cast<std::size_t>(submap.index);
     const Se2& global_T_base = world.global_T_base[k];
     const RelativePose exit = relative_pose(global_T_base, world.global_T_base[k + 1]);

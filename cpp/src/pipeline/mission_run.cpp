@@ -20,16 +20,24 @@ void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const Gauss
   covariances.row(row) << P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2);
 }
 
+/// A pairing of maps that was used.
+template <class Pairing>
+void count(MissionResult& result, const Pairing& pairing, double chi_squared) {
+  result.map_wrong_pairs += pairing.wrong_pairs.value_or(0);
+  result.map_identities_known = result.map_identities_known || pairing.wrong_pairs.has_value();
+  result.fusion_chi_squared += chi_squared;
+  result.fusion_dof += pairing.dof;
+}
+
 void take(MissionResult& result, const JoinReport& join) {
+  result.fusions += join.fusions;
+  for (const NeighbourJoin& neighbours : join.neighbours) count(result, neighbours, neighbours.chi_squared);
   result.loop_candidates += join.candidates;
   result.budget_exhausted += join.budget_exhausted ? 1 : 0;
   for (const LoopAttempt& loop : join.loops) {
     if (loop.accepted) {
       ++result.loop_closures;
-      result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
-      result.map_identities_known = result.map_identities_known || loop.wrong_pairs.has_value();
-      result.fusion_chi_squared += loop.chi_squared.value_or(0.0);
-      result.fusion_dof += loop.dof;
+      count(result, loop, loop.chi_squared.value_or(0.0));
     }
     result.loops.push_back(loop);
   }

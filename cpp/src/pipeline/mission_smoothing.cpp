@@ -47,7 +47,8 @@ std::map<std::int64_t, int> merge_known(std::vector<LandmarkEstimate>& landmarks
 
 }  // namespace
 
-MissionSmoothing::MissionSmoothing(const SlamConfig& config) : config_(config), motion_(config.vehicle) {}
+MissionSmoothing::MissionSmoothing(const SlamConfig& config)
+    : config_(config), motion_(config.vehicle, config.method == Method::kAugmentedEkf) {}
 
 void MissionSmoothing::feed(const Event& event, const std::optional<ScanResult>& scan) {
   motion_.take(event);

@@ -9,6 +9,11 @@ MotionPrediction hold_command(const Se2& frame_T_vehicle, const Event& command, 
   return predict_unicycle(frame_T_vehicle, std::get<VelocityControl>(command.record), dt_s, config.unicycle);
 }
 
+OdometryIncrement command_increment(const Event& command, double dt_s, const VehicleConfig& config) {
+  const MotionPrediction from_origin = hold_command({}, command, dt_s, config);
+  return {{from_origin.submap_T_vehicle, from_origin.Q}};  // (G-1)
+}
+
 void OdometryMotion::take(const Event& event) {
   dt_s_ = time_s_ ? event.time_s - *time_s_ : 0.0;
   time_s_ = event.time_s;
@@ -23,8 +28,9 @@ void OdometryMotion::take(const Event& event) {
 
 std::optional<MotionPrediction> OdometryMotion::from(const Se2& frame_T_vehicle) const {
   if (increment_) return predict_increment(frame_T_vehicle, *increment_);
-  if (held_ && dt_s_ > 0.0) return hold_command(frame_T_vehicle, *held_, dt_s_, config_);
-  return std::nullopt;
+  if (!held_ || !(dt_s_ > 0.0)) return std::nullopt;
+  if (by_increments_) return predict_increment(frame_T_vehicle, command_increment(*held_, dt_s_, config_));
+  return hold_command(frame_T_vehicle, *held_, dt_s_, config_);
 }
 
 }  // namespace ssjs

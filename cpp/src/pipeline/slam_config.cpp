@@ -29,6 +29,9 @@ std::vector<std::string> SlamConfig::violations() const {
     all.push_back(is("joining.max_fused_landmarks", joining.max_fused_landmarks,
                      "must be at least submap.max_landmarks =", *submap.split.max_landmarks));
   }
+  if (aekf.max_missed_views > aekf.view_window) {
+    all.push_back(is("aekf.max_missed_views", aekf.max_missed_views, "must be at most aekf.view_window =", aekf.view_window));
+  }
   return all;
 }
 

@@ -22,7 +22,7 @@ const SlamConfig& valid(const SlamConfig& config) {
 }  // namespace
 
 SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
-    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle) {}
+    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle, config_.method == Method::kAugmentedEkf) {}
 
 StepReport SlamPipeline::feed(const Event& event) {
   if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
@@ -54,9 +54,10 @@ void SlamPipeline::move(const Event& event) {
 void SlamPipeline::observe(const Features& scan, StepReport& report) {
   MapperReport mapped = mapper_->observe(*time_s_, scan);
   report.association_time_s = mapped.scan.association_time_s;
+  report.global_time_s = mapped.join_time_s;
   if (mapped.join) {
     report.association_time_s += mapped.join->association_time_s;
-    report.global_time_s = mapped.join_time_s - mapped.join->association_time_s;
+    report.global_time_s -= mapped.join->association_time_s;
   }
   report.scan = std::move(mapped.scan);
   report.join = std::move(mapped.join);

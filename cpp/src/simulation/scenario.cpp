@@ -29,6 +29,10 @@ const NamedScenario kScenarios[] = {
      [](std::uint64_t seed) {
        return Scenario{revisit_world(20, 20, 5.0, 1.0, 5, seed), large_world_config()};
      }},
+    {"aekf-loop",
+     [](std::uint64_t seed) {
+       return Scenario{aekf_loop_world(seed), aekf_loop_config()};
+     }},
 };
 
 }  // namespace
@@ -71,6 +75,20 @@ VehicleSimulationConfig large_world_config() {
   config.vehicle.speed_sigma_m_s = 0.3;
   config.vehicle.steering_sigma_rad = 2.0 * kRadPerDeg;
   config.vehicle.noise_step_s = config.step_s;
+  return config;
+}
+
+VehicleSimulationConfig aekf_loop_config() {
+  VehicleSimulationConfig config;  // step, speed, range and bearing noise and the steering's stops are its defaults
+  config.vehicle.wheelbase_m = 4.0;
+  config.vehicle.encoder_offset_m = 0.0;  // a bicycle model, the state at the rear axle
+  config.vehicle.reference_forward_m = 0.0;
+  config.vehicle.reference_left_m = 0.0;
+  config.vehicle.speed_sigma_m_s = 0.3;
+  config.vehicle.steering_sigma_rad = 3.0 * kRadPerDeg;
+  config.vehicle.noise_step_s = config.step_s;
+  config.steps_per_scan = 8;
+  config.max_range_m = 30.0;
   return config;
 }
 

@@ -131,6 +131,7 @@ class Scanner {
       const Eigen::Vector2d global_p_landmark = world_.landmarks_m.col(i);
       if ((global_p_landmark - global_T_vehicle.translation()).norm() < std::max(config_.min_range_m, kOnLandmarkMetres)) continue;
       const Eigen::Vector2d truth = predict_range_bearing(global_T_vehicle, global_p_landmark).range_bearing;
+      if (std::abs(truth.y()) > 0.5 * config_.field_of_view_rad) continue;
       Feature feature;
       feature.range_bearing << truth.x() + range_.normal(config_.range_sigma_m),
           wrap_angle(truth.y() + bearing_.normal(config_.bearing_sigma_rad));

@@ -1,6 +1,10 @@
 #include "ssjs/simulation/world.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/base/random.hpp"
@@ -54,14 +58,69 @@ World grid_survey_world() {
   return world;
 }
 
+World grid_field(int columns, int rows, double spacing_m, double jitter_m, std::uint64_t seed) {
+  check_field("grid_field", columns, 1, rows, 1, spacing_m, jitter_m);
+  World world;
+  place_grid(world, columns, rows, spacing_m);
+  if (jitter_m > 0.0) jitter(world, jitter_m, seed);
+  return world;
+}
+
+World random_field(int count, double width_m, double height_m, double min_distance_m, std::uint64_t seed) {
+  if (count < 1) throw InvalidArgument("random_field count", count, "must be at least 1");
+  for (const auto& [name, value] : {std::pair{"random_field width_m", width_m}, std::pair{"random_field height_m", height_m}}) {
+    if (!(value > 0.0) || !std::isfinite(value)) throw InvalidArgument(name, value, "must be positive and finite");
+  }
+  if (!(min_distance_m >= 0.0) || !std::isfinite(min_distance_m)) {
+    throw InvalidArgument("random_field min_distance_m", min_distance_m, "must be at least 0 and finite");
+  }
+  constexpr int kDrawsPerLandmark = 1000;
+  // cells no smaller than the distance, so that neighbours hold every landmark in reach, and no smaller than the usual spacing
+  const double cell_m = std::max(min_distance_m, std::sqrt(width_m * height_m / count));
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<Eigen::Index>> cells;
+  World world;
+  world.landmarks_m.resize(2, count);
+  const auto has_room = [&](const Eigen::Vector2d& p, std::int64_t column, std::int64_t row) {
+    for (std::int64_t near_column = column - 1; near_column <= column + 1; ++near_column) {
+      for (std::int64_t near_row = row - 1; near_row <= row + 1; ++near_row) {
+        const auto cell = cells.find({near_column, near_row});
+        if (cell == cells.end()) continue;
+        for (const Eigen::Index i : cell->second) {
+          if ((world.landmarks_m.col(i) - p).norm() < min_distance_m) return false;
+        }
+      }
+    }
+    return true;
+  };
+  Rng landmarks = Rng(seed).stream("landmarks");
+  for (Eigen::Index landmark = 0; landmark < count; ++landmark) {
+    bool placed = false;
+    for (int draw = 0; draw < kDrawsPerLandmark && !placed; ++draw) {
+      const double x_m = landmarks.uniform(0.0, width_m);
+      const double y_m = landmarks.uniform(0.0, height_m);
+      const Eigen::Vector2d p(x_m, y_m);
+      const auto column = static_cast<std::int64_t>(x_m / cell_m);
+      const auto row = static_cast<std::int64_t>(y_m / cell_m);
+      if (!has_room(p, column, row)) continue;
+      world.landmarks_m.col(landmark) = p;
+      world.ids.push_back(landmark);
+      cells[{column, row}].push_back(landmark);
+      placed = true;
+    }
+    if (!placed) {
+      throw InvalidArgument("random_field min_distance_m", min_distance_m,
+                            "leaves room for about " + std::to_string(landmark) + " landmarks, not " + std::to_string(count));
+    }
+  }
+  return world;
+}
+
 World exploration_world(int columns, int rows, double spacing_m, double jitter_m, double line_spacing_m, std::uint64_t seed) {
   check_field("exploration_world", columns, 3, rows, 2, spacing_m, jitter_m);
   if (!(line_spacing_m > 0.0) || !std::isfinite(line_spacing_m)) {
     throw InvalidArgument("exploration_world line_spacing_m", line_spacing_m, "must be positive and finite");
   }
-  World world;
-  place_grid(world, columns, rows, spacing_m);
-  jitter(world, jitter_m, seed);
+  World world = grid_field(columns, rows, spacing_m, jitter_m, seed);
   const double width_m = spacing_m * (columns - 1);
   const double height_m = spacing_m * (rows - 1);
   // half a spacing from the first row, so that the first line runs between two rows
@@ -74,10 +133,7 @@ World exploration_world(int columns, int rows, double spacing_m, double jitter_m
 World revisit_world(int columns, int rows, double spacing_m, double jitter_m, int laps, std::uint64_t seed) {
   check_field("revisit_world", columns, 4, rows, 5, spacing_m, jitter_m);
   if (laps < 1) throw InvalidArgument("revisit_world laps", laps, "must be at least 1");
-  World world;
-  place_grid(world, columns, rows, spacing_m);
-  jitter(world, jitter_m, seed);
-
+  World world = grid_field(columns, rows, spacing_m, jitter_m, seed);
   const double lane_spacing_m = 2.0 * spacing_m;
   const double return_y_m = 0.5 * spacing_m;
   const double low_y_m = return_y_m + lane_spacing_m;
@@ -93,6 +149,49 @@ World revisit_world(int columns, int rows, double spacing_m, double jitter_m, in
   }
   for (int lap = 0; lap < laps; ++lap) world.waypoints.insert(world.waypoints.end(), circuit.begin(), circuit.end());
   world.waypoints.push_back(circuit.front());
+  return world;
+}
+
+World aekf_loop_world(std::uint64_t seed) {
+  constexpr int kLandmarks = 54;
+  constexpr double kNearest_m = 4.0;  // of two landmarks, and of a landmark to the path
+  constexpr double kFarthest_m = 22.0;
+  const std::vector<Eigen::Vector2d> circuit{{44, -21},  {59, 7},    {65, 36},   {46, 59}, {22, 73},   {-7, 78},
+                                             {-37, 71},  {-65, 56},  {-84, 30},  {-95, 0}, {-98, -28}, {-91, -56},
+                                             {-85, -79}, {-57, -89}, {-26, -81}, {4, -66}, {27, -46}};
+  World world;
+  world.waypoints = circuit;
+  world.waypoints.insert(world.waypoints.end(), circuit.begin(), circuit.begin() + 4);
+  std::vector<Eigen::Vector2d> landmarks{{53.5, 60.3},     {54.23, 65.39},    {18.73, -11.56},  {-94.98, -66.29},
+                                         {-96.69, -66.06}, {-102.12, -61.57}, {-102.41, -70.3}, {-106.55, -81.13}};
+  const auto distance_to_path = [&](const Eigen::Vector2d& p) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < circuit.size(); ++i) {
+      const Eigen::Vector2d& from = circuit[i];
+      const Eigen::Vector2d along = circuit[(i + 1) % circuit.size()] - from;
+      const double t = std::clamp(along.dot(p - from) / along.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (from + t * along - p).norm());
+    }
+    return least;
+  };
+  Rng places = Rng(seed).stream("landmarks");
+  while (landmarks.size() < kLandmarks) {
+    const std::size_t i = places.below(circuit.size());
+    const Eigen::Vector2d& from = circuit[i];
+    const Eigen::Vector2d along = circuit[(i + 1) % circuit.size()] - from;
+    const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
+    const double t = places.uniform();
+    const double offset_m = places.uniform(-kFarthest_m, kFarthest_m);
+    const Eigen::Vector2d place = from + t * along + offset_m * left;
+    const auto near = [&](const Eigen::Vector2d& other) { return (other - place).norm() < kNearest_m; };
+    if (distance_to_path(place) < kNearest_m || std::any_of(landmarks.begin(), landmarks.end(), near)) continue;
+    landmarks.push_back(place);
+  }
+  world.landmarks_m.resize(2, kLandmarks);
+  for (int i = 0; i < kLandmarks; ++i) {
+    world.landmarks_m.col(i) = landmarks[static_cast<std::size_t>(i)];
+    world.ids.push_back(i);
+  }
   return world;
 }
 

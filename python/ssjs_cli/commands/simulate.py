@@ -13,7 +13,7 @@ from ssjs_cli.session import Session
 @common_options(out_help="Mission directory (default missions/<scenario>).")
 @click.pass_obj
 def simulate(session: Session, scenario: str, seed: int | None, force: bool, out: str | None) -> int:
-    """Simulate SCENARIO: a built-in name such as grid-survey, or a TOML file with `scenario = NAME` and [settings]."""
+    """Simulate SCENARIO: a built-in name such as grid-survey, or a TOML file (docs/scenarios.md)."""
     from ssjs_cli.mission_output import answer_mission, write_new_mission
     from ssjs_cli.mission_run import path_name
     from ssjs_cli.simulation import read_scenario, simulate_mission

@@ -111,6 +111,7 @@ REFERENCE_KEYS = (
     "heading_rmse_rad",
     "map_error_matched",
     "nees_dof",
+    "nees_joint_dof",
 )
 
 
@@ -257,7 +258,7 @@ def write_estimate(directory: Path, estimate: Estimate, result: Mapping[str, Any
     (directory / GRAPH_FILE).write_text(g2o_text(submap_graph(result["submaps"])), encoding="utf-8")
     if estimate.bases is not None:
         bases = estimate.bases
-        joint = {} if bases.joint_covariance is None else {"joint_covariance": bases.joint_covariance}
+        joint: dict[str, Any] = {} if bases.joint_covariance is None else {"joint_covariance": bases.joint_covariance}
         np.savez_compressed(directory / BASES_FILE, time_s=bases.time_s, pose=bases.pose, covariance=bases.covariance, **joint)
     if geodetic is not None:
         landmarks = estimate.landmarks

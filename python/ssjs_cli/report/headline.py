@@ -221,15 +221,19 @@ class TimeShare:
     colour: str
 
 
+TIME_PARTS = (
+    ("time_local_s", "local maps", "#3b78b5"),
+    ("time_association_s", "association", "#ea7f1e"),
+    ("time_global_s", "global level", "#7d5ba6"),
+    ("time_other_s", "other", "#b8c2cc"),
+)
+
+
 def time_shares(summary: dict[str, Any]) -> list[TimeShare]:
     """Where the computing time went, in per cent of the sum of the parts; empty when a run did not record them."""
-    parts = (
-        ("time_local_s", "local maps", "#3b78b5"),
-        ("time_association_s", "association", "#ea7f1e"),
-        ("time_global_s", "global level", "#7d5ba6"),
-        ("time_other_s", "other", "#b8c2cc"),
-    )
-    known = [(label, max(value, 0.0), colour) for key, label, colour in parts if (value := finite_number(summary.get(key))) is not None]
+    known = [
+        (label, max(value, 0.0), colour) for key, label, colour in TIME_PARTS if (value := finite_number(summary.get(key))) is not None
+    ]
     total_s = sum(value for _, value, _ in known)
     if total_s <= 0.0:
         return []

@@ -1,42 +1,19 @@
 """From the files of a run to the text of the page. Nothing here reads the clock, the network or a path into the page."""
 
-import json
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
-
-import jinja2
-from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from ssjs_cli.report.consistency_figures import Consistency, consistency
 from ssjs_cli.report.error_figures import axis_errors, position_error
-from ssjs_cli.report.figure_style import Figure
 from ssjs_cli.report.headline import cards, number_groups, time_shares
 from ssjs_cli.report.map_figure import MapAxes, SubmapColours, draw_map
 from ssjs_cli.report.number_text import count_text, finite_number, percent_text, plain_text, seconds_text
+from ssjs_cli.report.page_parts import Plot, render
 from ssjs_cli.report.replay import replay_data, timeline_spans
 from ssjs_cli.report.result_files import Columns, RunFiles
 from ssjs_cli.report.step_time_figures import step_times
 from ssjs_cli.report.tables import LOOP_COLUMNS, configuration_sections, loop_rows, submap_columns, submap_rows
 
-TEMPLATES = Path(__file__).parent / "templates"
 FIGURE_IDS = ("map", "position-error", "axis-errors", "nees", "nis", "step-time-histogram", "step-time")
-
-
-@dataclass
-class Plot:
-    """div_id: fixed, so that tests and links find it; missing: what to say instead of an empty plot."""
-
-    div_id: str
-    heading: str
-    figure: Figure | None = None
-    notes: list[str] = field(default_factory=list)
-    missing: str = ""
-
-    @property
-    def height_px(self) -> int:
-        return int(self.figure["layout"]["height"]) if self.figure is not None else 0
 
 
 def render_page(files: RunFiles) -> str:
@@ -55,11 +32,15 @@ def render_page(files: RunFiles) -> str:
     plots += [step_histogram, step_over_time]
     by_id = {plot.div_id: plot for plot in plots}
     duration_s = _duration_s(files)
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     loops, loops_note = loop_rows(files.submaps, axes) if files.submaps is not None else ([], "")
-    return environment.get_template("report.html.j2").render(
+    return render(
+        "report.html.j2",
+        {
+            "figures": {plot.div_id: plot.figure for plot in plots if plot.figure is not None},
+            "layers": {layer.key: layer.traces for layer in drawing.layers} if drawing is not None else {},
+            "replay": replay,
+        },
+        ("plots.js", "report.js"),
         title=_mission_name(files),
         subtitle=_text(summary, "description"),
         facts=_facts(files, duration_s),
@@ -85,27 +66,7 @@ def render_page(files: RunFiles) -> str:
         loops_note=loops_note,
         configuration=configuration_sections(files.config) if files.config is not None else [],
         provenance=_provenance(summary),
-        style_sheet=_raw("report.css"),
-        plotly_script=Markup(get_plotlyjs()),
-        page_script=_raw("report.js"),
-        data=_json_for_script({
-            "figures": {plot.div_id: plot.figure for plot in plots if plot.figure is not None},
-            "layers": {layer.key: layer.traces for layer in drawing.layers} if drawing is not None else {},
-            "replay": replay,
-        }),
-    )  # fmt: skip
-
-
-def _raw(name: str) -> Markup:
-    return Markup((TEMPLATES / name).read_text(encoding="utf-8"))
-
-
-def _json_for_script(document: dict[str, Any]) -> Markup:
-    """JSON that no text inside can break out of a script element: <, > and & leave as escapes."""
-    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"), sort_keys=True)
-    for character in "<>&\u2028\u2029":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return Markup(text)
+    )
 
 
 def _text(table: dict[str, Any], key: str) -> str:

@@ -38,14 +38,14 @@ class Row:
     wrong: bool = False
 
 
-def _number_cell(value: Any, decimals: int, factor: float = 1.0) -> Cell:
+def number_cell(value: Any, decimals: int, factor: float = 1.0) -> Cell:
     number = finite_number(value)
     if number is None:
         return Cell(NOTHING, BELOW_EVERY_NUMBER)
     return Cell(f"{factor * number:,.{decimals}f}", factor * number)
 
 
-def _text_cell(value: Any) -> Cell:
+def text_cell(value: Any) -> Cell:
     text = "" if value is None else str(value)
     return Cell(text or NOTHING, text)
 
@@ -73,16 +73,16 @@ def submap_rows(submaps: Submaps, axes: MapAxes, colours: SubmapColours) -> list
             Row(
                 cells=[
                     Cell(str(int(entry["index"])), float(entry["index"])),
-                    _number_cell(start_s, 1),
-                    _number_cell(duration_s, 1),
-                    _number_cell(entry.get("landmarks"), 0),
-                    _number_cell(entry.get("live_map"), 0),
-                    _number_cell(x, 2),
-                    _number_cell(y, 2),
-                    _number_cell(math.degrees(heading), 1),
-                    _number_cell(sigma_m, 3),
-                    _number_cell(sigma_heading, 3, factor=180.0 / math.pi),
-                    _text_cell(entry.get("closed_because")),
+                    number_cell(start_s, 1),
+                    number_cell(duration_s, 1),
+                    number_cell(entry.get("landmarks"), 0),
+                    number_cell(entry.get("live_map"), 0),
+                    number_cell(x, 2),
+                    number_cell(y, 2),
+                    number_cell(math.degrees(heading), 1),
+                    number_cell(sigma_m, 3),
+                    number_cell(sigma_heading, 3, factor=180.0 / math.pi),
+                    text_cell(entry.get("closed_because")),
                 ],
                 colour=colours.colour(int(entry["index"])),
                 x=round(float(place[0]), 2),
@@ -122,16 +122,16 @@ def loop_rows(submaps: Submaps, axes: MapAxes) -> tuple[list[Row], str]:
         rows.append(
             Row(
                 cells=[
-                    _number_cell(loop.get("time_s"), 1),
-                    _number_cell(loop.get("from"), 0),
-                    _number_cell(loop.get("to"), 0),
+                    number_cell(loop.get("time_s"), 1),
+                    number_cell(loop.get("from"), 0),
+                    number_cell(loop.get("to"), 0),
                     Cell("joined" if accepted else "refused", "joined" if accepted else "refused"),
-                    _number_cell(loop.get("pairs"), 0),
-                    _number_cell(wrong, 0),
-                    _number_cell(chi2, 1),
-                    _number_cell(dof, 0),
-                    _number_cell(chi2 / dof if chi2 is not None and dof else None, 2),
-                    _text_cell(loop.get("reason")),
+                    number_cell(loop.get("pairs"), 0),
+                    number_cell(wrong, 0),
+                    number_cell(chi2, 1),
+                    number_cell(dof, 0),
+                    number_cell(chi2 / dof if chi2 is not None and dof else None, 2),
+                    text_cell(loop.get("reason")),
                 ],
                 x=None if place is None else round(float(place[0]), 2),
                 y=None if place is None else round(float(place[1]), 2),

@@ -208,6 +208,8 @@ TEST(GlobalMap, J16_TheCheaperWayIsTakenAndBothAgree) {
   const JoinEvidence unused{{}, {}, {}, {}};  // the factors say it all
   switching.replace(2, 3, knot, unused, {});
   sparse.replace(2, 3, knot, unused, {});
+  switching.settle();
+  sparse.settle();
   EXPECT_FALSE(switching.is_sparse());
   std::vector<int> known = switching.bases();
   known.erase(std::remove(known.begin(), known.end(), 0), known.end());
@@ -237,6 +239,7 @@ struct Loop {
     for (const LiveMap& map : maps) global.attach(map);
     const Encounter meeting = encounter_within(maps[1], maps[6], global, kEverywhere);
     global.replace(1, 6, joined, evidence_of(meeting, testing::pairs_by_identity(maps[1], maps[6])), {});
+    global.settle();
   }
 };
 
@@ -312,6 +315,7 @@ TEST(GlobalMap, BoundForDismissingFarMapsIsNeverTooSmall) {
     }
     const Encounter meeting = encounter_within(loop.maps[1], loop.maps[6], global, kEverywhere);
     global.replace(1, 6, loop.joined, evidence_of(meeting, testing::pairs_by_identity(loop.maps[1], loop.maps[6])), {});
+    global.settle();
     for (const int base : {2, 4, 6}) {
       const Eigen::MatrixXd truth = global.covariance({base, 8});
       const Eigen::MatrixXd bound = global.covariance_bound(base, 8);

@@ -89,5 +89,18 @@ TEST(FinalTrajectory, C5_AStepHalfWayFollowsHalfOfTheCorrection) {
   EXPECT_LE((pose.covariance - half.conditional_covariance).cwiseAbs().maxCoeff(), 1e-15);
 }
 
+TEST(FinalTrajectory, GlobalStepsStayWhereTheyAre) {
+  Rng rng(502);
+  Mission mission(rng, 0);
+  mission.submaps[1].steps_are_global = true;
+  const std::vector<TrajectoryPoint> trajectory = final_trajectory(mission.submaps, mission.world);
+  ASSERT_EQ(trajectory.size(), 4U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(trajectory[2 + i].global_T_vehicle.mean.vector(), mission.submaps[1].steps[i].base_T_vehicle.vector());
+    EXPECT_EQ(trajectory[2 + i].global_T_vehicle.covariance, mission.submaps[1].steps[i].covariance);
+    EXPECT_NE(trajectory[i].global_T_vehicle.mean.vector(), mission.submaps[0].steps[i].base_T_vehicle.vector());
+  }
+}
+
 }  // namespace
 }  // namespace ssjs

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/numeric_jacobian.hpp"
+
 namespace ssjs {
 namespace {
 
@@ -16,6 +18,37 @@ TEST(Motion, HoldsTheCommandWithTheConfiguredModel) {
   EXPECT_EQ(ackerman.Q, expected.Q);
   const MotionPrediction unicycle = hold_command(pose, {5.0, VelocityControl{2.0, 0.1}}, 0.5, config);
   EXPECT_EQ(unicycle.Q, predict_unicycle(pose, {2.0, 0.1}, 0.5, config.unicycle).Q);
+}
+
+TEST(Motion, G1_G4_AnIncrementPredictsWhatTheCommandDoes) {
+  // The same pose, Jacobian and noise by way of the increment, for both kinds of command; and the Jacobians are derivatives.
+  Rng rng(901);
+  VehicleConfig config;
+  config.ackerman.lateral_sigma_m_s = 0.2;
+  config.unicycle.lateral_sigma_m_s = 0.2;
+  for (int i = 0; i < testing::kJacobianPoints; ++i) {
+    const Se2 pose = testing::random_pose(rng, i);
+    const Event commands[] = {{0.0, AckermanControl{rng.uniform(-3.0, 3.0), rng.uniform(-0.5, 0.5)}},
+                              {0.0, VelocityControl{rng.uniform(-3.0, 3.0), rng.uniform(-1.0, 1.0)}}};
+    for (const Event& command : commands) {
+      const MotionPrediction direct = hold_command(pose, command, 0.4, config);
+      const OdometryIncrement increment = command_increment(command, 0.4, config);
+      const MotionPrediction prediction = predict_increment(pose, increment);
+      EXPECT_LE(additive_difference(prediction.submap_T_vehicle, direct.submap_T_vehicle).norm(), 1e-12);
+      EXPECT_LE((prediction.F - direct.F).cwiseAbs().maxCoeff(), 1e-12);
+      EXPECT_LE((prediction.Q - direct.Q).cwiseAbs().maxCoeff(), 1e-12);
+
+      const auto by_pose = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+        return (Se2::from_vector(x) * increment.old_T_new.mean).vector();
+      };
+      const auto by_increment = [&](const Eigen::Vector3d& d) -> Eigen::Vector3d { return (pose * Se2::from_vector(d)).vector(); };
+      const Eigen::Matrix3d J_v = testing::numeric_jacobian(by_pose, pose.vector(), {2});
+      const Eigen::Matrix3d Q_v = testing::numeric_jacobian(by_increment, increment.old_T_new.mean.vector(), {2});
+      EXPECT_LE((prediction.F - J_v).cwiseAbs().maxCoeff(), testing::kJacobianTolerance);
+      const Eigen::Matrix3d Q = Q_v * increment.old_T_new.covariance * Q_v.transpose();
+      EXPECT_LE((prediction.Q - Q).cwiseAbs().maxCoeff(), testing::kJacobianTolerance);
+    }
+  }
 }
 
 TEST(Motion, ACommandHoldsUntilTheNextOne) {

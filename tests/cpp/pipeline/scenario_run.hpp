@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -16,7 +17,7 @@
 namespace ssjs::testing {
 
 struct ScenarioResult {
-  int submaps = 0, fusions = 0, live_maps = 0, candidates = 0, landmarks = 0;
+  int submaps = 0, fusions = 0, loop_closures = 0, live_maps = 0, candidates = 0, landmarks = 0;
   int scan_wrong_pairs = 0, map_wrong_pairs = 0, map_pairs = 0, exhausted = 0;
   double map_mean_m = 0, map_max_m = 0, aligned_mean_m = 0;
   double online_mean_m = 0, online_max_m = 0;  ///< at the submap borders
@@ -48,6 +49,14 @@ inline SlamConfig matching_config(const VehicleSimulationConfig& simulation) {
   return config;
 }
 
+/// What a method says about one base by itself; base k > 0 starts submap k, the last one ends the mission.
+inline Eigen::Matrix3d base_covariance(const WorldEstimate& world, Eigen::Index k) {
+  if (world.base_covariance.size() > 0) return world.base_covariance.block<3, 3>(3 * k, 3 * k);
+  const auto at = static_cast<std::size_t>(k);
+  if (at < world.border_covariance.size()) return world.border_covariance[at].topLeftCorner<3, 3>();
+  return world.border_covariance.back().bottomRightCorner<3, 3>();
+}
+
 inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamConfig& config, std::uint64_t seed) {
   ScenarioResult result;
   SlamPipeline pipeline(config, seed);
@@ -59,12 +68,19 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
   const auto take = [&](const JoinReport& join) {
     result.candidates += join.candidates;
     result.exhausted += join.budget_exhausted ? 1 : 0;
+    result.fusions += join.fusions;
+    for (const NeighbourJoin& neighbours : join.neighbours) {
+      result.map_pairs += neighbours.pairs;
+      result.map_wrong_pairs += neighbours.wrong_pairs.value_or(0);
+      result.fusion_chi_squared += neighbours.chi_squared;
+      result.fusion_dof += neighbours.dof;
+    }
     for (const LoopAttempt& loop : join.loops) {
       if (!loop.accepted) continue;
-      ++result.fusions;
+      ++result.loop_closures;
       result.map_pairs += loop.pairs;
       result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
-      result.fusion_chi_squared += *loop.chi_squared;
+      result.fusion_chi_squared += loop.chi_squared.value_or(0.0);
       result.fusion_dof += loop.dof;
     }
   };
@@ -123,15 +139,17 @@ inline ScenarioResult run_scenario(const SimulatedMission& mission, const SlamCo
     const Submap& submap = pipeline.submaps()[static_cast<std::size_t>(k - 1)];
     const Se2 truth = truth_at(mission, submap.end_time_s);
     error.segment<3>(3 * (k - 1)) = additive_difference(world.global_T_base[static_cast<std::size_t>(k)], truth);
-    result.base_nees.push_back(normalized_squared_error(error.segment<3>(3 * (k - 1)), world.base_covariance.block<3, 3>(3 * k, 3 * k)));
+    result.base_nees.push_back(normalized_squared_error(error.segment<3>(3 * (k - 1)), base_covariance(world, k)));
     result.base_nees_mean += result.base_nees.back() / static_cast<double>(bases - 1);
     const Se2 link_truth = previous_truth.inverse() * truth;
     result.link_nees.push_back(normalized_squared_error(additive_difference(submap.state.vehicle().mean, link_truth),
                                                         submap.state.vehicle().covariance + 1e-12 * Eigen::Matrix3d::Identity()));
     previous_truth = truth;
   }
-  result.joint_nees_per_dof = normalized_squared_error(error, world.base_covariance.bottomRightCorner(error.size(), error.size())) /
-                              static_cast<double>(error.size());
+  result.joint_nees_per_dof = std::numeric_limits<double>::quiet_NaN();  // not every method knows it
+  if (world.base_covariance.size() > 0)
+    result.joint_nees_per_dof = normalized_squared_error(error, world.base_covariance.bottomRightCorner(error.size(), error.size())) /
+                                static_cast<double>(error.size());
   const std::vector<TrajectoryPoint> trajectory = pipeline.trajectory();
   int counted = 0;
   for (std::size_t i = 0; i < trajectory.size(); i += 97) {

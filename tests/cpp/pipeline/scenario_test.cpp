@@ -120,6 +120,24 @@ TEST(GridSurvey, AcceptanceWithJointCompatibilityLong) {
   EXPECT_LE(sums.mean(sums.map_m), 1.5);
 }
 
+TEST(GridSurvey, T2_TheThesisRecipeCountsTheChainTwiceLong) {
+  // The same missions, the same fusions: what differs is what the bases are told.
+  SlamConfig config = matching_config(built_in_scenario("grid-survey", 0).config);
+  Sums selective;
+  Sums thesis;
+  for (int seed = 0; seed < 5; ++seed) {
+    config.method = Method::kSelective;
+    selective.add(run(static_cast<std::uint64_t>(seed), config));
+    config.method = Method::kSelectiveThesis;
+    thesis.add(run(static_cast<std::uint64_t>(seed), config));
+  }
+  RecordProperty("ssjs_joint_nees_per_dof", std::to_string(selective.mean(selective.joint_nees)));
+  RecordProperty("thesis_joint_nees_per_dof", std::to_string(thesis.mean(thesis.joint_nees)));
+  EXPECT_GE(selective.mean(selective.joint_nees), 0.8);
+  EXPECT_LE(selective.mean(selective.joint_nees), 1.25);
+  EXPECT_GE(thesis.mean(thesis.joint_nees), 1.8);
+}
+
 /// The world at the end of a mission without a last adjustment.
 WorldEstimate world_of(const SimulatedMission& mission, SlamConfig config, GlobalSolver solver) {
   config.joining.solver = solver;

@@ -46,6 +46,9 @@ TEST(SlamConfig, RulesBetweenFields) {
   config.trees.min_diameter_m = 1.5;
   EXPECT_EQ(config.violations(), std::vector<std::string>{"trees.min_diameter_m = 1.5: must be below trees.max_diameter_m = 1.2"});
   config = {};
+  config.aekf.max_missed_views = 20;
+  EXPECT_EQ(config.violations(), std::vector<std::string>{"aekf.max_missed_views = 20: must be at most aekf.view_window = 10"});
+  config = {};
   config.joining.max_fused_landmarks = 10;
   EXPECT_EQ(config.violations(), std::vector<std::string>{"joining.max_fused_landmarks = 10: must be at least submap.max_landmarks = 15"});
 }

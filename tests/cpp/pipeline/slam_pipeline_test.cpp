@@ -96,6 +96,24 @@ TEST(SlamPipeline, AnEmptyMissionEndsWhereItBegan) {
   EXPECT_EQ(pipeline.world().landmarks.size(), 0U);
 }
 
+TEST(SlamPipeline, EveryMethodTakesAnEmptyMissionAndEmptyScans) {
+  for (const Method method : {Method::kAugmentedEkf, Method::kCompressedEkf, Method::kConditionallyIndependent}) {
+    SlamConfig config;
+    config.method = method;
+    SlamPipeline empty(config, 1);
+    EXPECT_TRUE(empty.finish().loops.empty());
+    EXPECT_TRUE(empty.trajectory().empty());
+    SlamPipeline pipeline(config, 1);
+    pipeline.feed({0.0, AckermanControl{1.0, 0.1}});
+    pipeline.feed({1.0, Features{}});
+    pipeline.feed({2.0, Features{}});
+    pipeline.finish();
+    EXPECT_EQ(pipeline.trajectory().size(), 3U);
+    EXPECT_EQ(pipeline.submaps().size(), 1U);
+    EXPECT_EQ(pipeline.world().landmarks.size(), 0U);
+  }
+}
+
 TEST(SlamPipeline, HoldsAVelocityUntilTheNext) {
   SlamConfig config;
   config.vehicle.kind = VehicleKind::kUnicycle;
@@ -120,7 +138,8 @@ TEST(SlamPipeline, AddsMeasuredIncrements) {
 
 TEST(SlamPipeline, WithoutLandmarksTheAnswerIsDeadReckoning) {
   ShortSurvey survey(20.0);
-  for (const Method method : {Method::kSelective, Method::kEkf}) {
+  for (const Method method :
+       {Method::kSelective, Method::kEkf, Method::kAugmentedEkf, Method::kCompressedEkf, Method::kConditionallyIndependent}) {
     survey.config.method = method;
     SlamPipeline pipeline(survey.config, 1);
     std::vector<Se2> dead_reckoning;
@@ -193,9 +212,11 @@ TEST(SlamPipeline, SameSeedSameBytes) {
   EXPECT_GT(first.size(), 10000U);
 }
 
-TEST(SlamPipeline, EkfIsOneEndlessMap) {
+class OneEndlessMap : public ::testing::TestWithParam<Method> {};
+
+TEST_P(OneEndlessMap, AnswersWithWhatItFiltered) {
   ShortSurvey survey(60.0);
-  survey.config.method = Method::kEkf;
+  survey.config.method = GetParam();
   SlamPipeline pipeline(survey.config, 1);
   std::vector<GaussianSe2> online;
   for (const Event& event : survey.mission.events) online.push_back(pipeline.feed(event).global_T_vehicle);
@@ -207,6 +228,8 @@ TEST(SlamPipeline, EkfIsOneEndlessMap) {
     EXPECT_LE((trajectory[i].global_T_vehicle.covariance - online[i].covariance).cwiseAbs().maxCoeff(), 1e-12);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(SlamPipeline, OneEndlessMap, ::testing::Values(Method::kEkf, Method::kAugmentedEkf, Method::kCompressedEkf));
 
 }  // namespace
 }  // namespace ssjs

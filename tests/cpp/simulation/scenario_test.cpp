@@ -101,6 +101,31 @@ TEST(Scenario, RevisitSeesItsLandmarksInEveryLap) {
   EXPECT_EQ(last_lap.size(), 400u);
 }
 
+TEST(Scenario, AekfLoopHasTheStatedNumbers) {
+  const Scenario scenario = built_in_scenario("aekf-loop", 4);
+  EXPECT_EQ(scenario.world.landmarks_m.cols(), 54);
+  EXPECT_EQ(scenario.world.waypoints.size(), 21U);  // 17, the first again, and three more
+  EXPECT_EQ(scenario.world.waypoints[0], scenario.world.waypoints[17]);
+  EXPECT_EQ(scenario.world.waypoints[3], scenario.world.waypoints[20]);
+  EXPECT_NEAR(path_length_m(scenario.world), 603.0, 0.5);
+  for (const Eigen::Vector2d& waypoint : scenario.world.waypoints) EXPECT_LE(waypoint.cwiseAbs().maxCoeff(), 100.0);
+  EXPECT_EQ(Eigen::Vector2d(scenario.world.landmarks_m.col(2)), Eigen::Vector2d(18.73, -11.56));  // the branch
+  EXPECT_NE(scenario.world.landmarks_m.col(8), built_in_scenario("aekf-loop", 5).world.landmarks_m.col(8));
+  for (Eigen::Index i = kAekfLoopQuoted; i < 54; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      EXPECT_GE((scenario.world.landmarks_m.col(i) - scenario.world.landmarks_m.col(j)).norm(), 4.0) << i << " " << j;
+    }
+  }
+  EXPECT_DOUBLE_EQ(scenario.config.vehicle.wheelbase_m, 4.0);
+  EXPECT_NEAR(scenario.config.max_steering_rad, kPi / 6.0, 1e-12);
+  EXPECT_NEAR(scenario.config.vehicle.steering_sigma_rad, 3.0 * kPi / 180.0, 1e-12);
+  EXPECT_DOUBLE_EQ(scenario.config.vehicle.speed_sigma_m_s, 0.3);
+  EXPECT_DOUBLE_EQ(scenario.config.step_s * scenario.config.steps_per_scan, 0.1);
+  const SimulatedMission mission = simulate(scenario.world, scenario.config, 4);
+  EXPECT_EQ(measure(mission, scenario.config.vehicle).landmarks_seen, 54U);
+  EXPECT_NEAR(measure(mission, scenario.config.vehicle).driven_m, 603.0, 6.0);
+}
+
 TEST(Scenario, EveryNameIsBuiltAndAnUnknownOneListsThem) {
   for (const std::string& name : scenario_names()) EXPECT_GT(built_in_scenario(name, 0).world.landmarks_m.cols(), 0);
   try {

@@ -39,6 +39,26 @@ Se2 truth_at(const SimulatedMission& mission, double time_s) {
   return mission.global_T_vehicle[static_cast<std::size_t>(found - mission.time_s.begin())];
 }
 
+TEST(VehicleSimulator, FieldOfViewHidesWhatLiesBehind) {
+  VehicleSimulationConfig config;
+  config.bearing_sigma_rad = 1e-9;
+  config.range_sigma_m = 1e-9;
+  const SimulatedMission all_round = simulate(short_world(), config, 2);
+  config.field_of_view_rad = kPi;
+  const SimulatedMission ahead = simulate(short_world(), config, 2);
+  EXPECT_EQ(controls_of(all_round).size(), controls_of(ahead).size());
+  const auto counts = [](const SimulatedMission& mission) {
+    int in_front = 0, behind = 0;
+    for (const Event& event : scans_of(mission)) {
+      for (const Feature& feature : std::get<Features>(event.record)) ++(std::abs(feature.bearing()) <= kPi / 2.0 ? in_front : behind);
+    }
+    return std::pair(in_front, behind);
+  };
+  EXPECT_GT(counts(all_round).second, 50);
+  EXPECT_EQ(counts(ahead).second, 0);
+  EXPECT_EQ(counts(ahead).first, counts(all_round).first);
+}
+
 TEST(VehicleSimulator, TheFrameIsTheStartPose) {
   World world = short_world();
   std::reverse(world.waypoints.begin(), world.waypoints.end());                              // starts at (2.5, 32.5), heading +x

@@ -29,6 +29,44 @@ TEST(World, GridSurveyIsTheStatedFieldAndPath) {
   EXPECT_NEAR(path_length_m(world), 20.0 * 90.0 + 18.0 * 10.0 + 5.0, 1e-9);
 }
 
+TEST(World, GridFieldIsTheFieldOfTheSurvey) {
+  const World survey = grid_survey_world();
+  const World field = grid_field(21, 21, 5.0, 0.0, 9);
+  EXPECT_EQ(field.landmarks_m, survey.landmarks_m);
+  EXPECT_EQ(field.ids, survey.ids);
+  EXPECT_TRUE(field.waypoints.empty());
+  EXPECT_EQ(grid_field(1, 1, 5.0, 0.0, 9).landmarks_m, Eigen::Matrix2Xd::Zero(2, 1));
+  EXPECT_THROW((void)grid_field(0, 4, 5.0, 0.0, 9), InvalidArgument);
+  EXPECT_THROW((void)grid_field(4, 4, 5.0, 2.5, 9), InvalidArgument);
+}
+
+TEST(World, RandomFieldFillsItsBoundsAndKeepsItsDistance) {
+  const World field = random_field(400, 80.0, 40.0, 1.5, 3);
+  ASSERT_EQ(field.landmarks_m.cols(), 400);
+  EXPECT_GE(field.landmarks_m.minCoeff(), 0.0);
+  EXPECT_LE(field.landmarks_m.row(0).maxCoeff(), 80.0);
+  EXPECT_LE(field.landmarks_m.row(1).maxCoeff(), 40.0);
+  double nearest_m = 80.0;
+  for (Eigen::Index i = 0; i < 400; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) nearest_m = std::min(nearest_m, (field.landmarks_m.col(i) - field.landmarks_m.col(j)).norm());
+  }
+  EXPECT_GE(nearest_m, 1.5);
+  // without a distance the mean is that of a uniform draw: (40, 20) m, deviation of the mean 80 / sqrt(12 * 400) = 1.2 m in x
+  const World loose = random_field(400, 80.0, 40.0, 0.0, 3);
+  EXPECT_NEAR(loose.landmarks_m.row(0).mean(), 40.0, 4.0 * 1.2);
+  EXPECT_NEAR(loose.landmarks_m.row(1).mean(), 20.0, 4.0 * 0.6);
+  EXPECT_EQ(field.landmarks_m, random_field(400, 80.0, 40.0, 1.5, 3).landmarks_m);
+  EXPECT_NE(field.landmarks_m, random_field(400, 80.0, 40.0, 1.5, 4).landmarks_m);
+}
+
+TEST(World, RandomFieldWithoutRoomIsRefused) {
+  // discs of 2 m radius: at most 0.91 * 100 / (pi 2^2) = 7 of them, and the margin outside, in 10 x 10 m
+  EXPECT_THROW((void)random_field(100, 10.0, 10.0, 4.0, 1), InvalidArgument);
+  EXPECT_THROW((void)random_field(0, 10.0, 10.0, 1.0, 1), InvalidArgument);
+  EXPECT_THROW((void)random_field(5, -1.0, 10.0, 1.0, 1), InvalidArgument);
+  EXPECT_THROW((void)random_field(5, 10.0, 10.0, -1.0, 1), InvalidArgument);
+}
+
 TEST(World, ExplorationCoversTheFieldOnce) {
   const World world = exploration_world(30, 21, 5.0, 0.0, 10.0, 1);
   EXPECT_EQ(world.landmarks_m.cols(), 630);

@@ -1,5 +1,5 @@
 /// Extended Kalman filter over [vehicle | landmarks]: the one place that changes a local covariance.
-/// Thesis 3.2.7, 3.3.1 corrected; docs/math/ekf.md (F-1..F-8).
+/// Thesis 3.2.7, 3.3.1 corrected; docs/math/ekf.md (F-1..F-10).
 #pragma once
 
 #include <Eigen/Core>
@@ -37,18 +37,25 @@ enum class ErrorForm { kAdditive, kInvariant };
 /// that outgrows its capacity doubles it.
 class Ekf {
  public:
-  explicit Ekf(Eigen::Index landmark_capacity, ErrorForm error_form = ErrorForm::kAdditive);
+  /// A frozen pose stands in the additive form only: InvalidArgument otherwise.
+  explicit Ekf(Eigen::Index landmark_capacity, ErrorForm error_form = ErrorForm::kAdditive, StateLayout layout = {});
 
   /// Told of every later operation; not owned, must outlive its use here. nullptr stops it.
   void watch(FilterWatcher* watcher) { watcher_ = watcher; }
 
-  void reset(const GaussianSe2& submap_T_vehicle);  ///< forgets every landmark
+  /// Forgets every landmark. A frozen pose is the vehicle's from now on. (F-9)
+  void reset(const GaussianSe2& submap_T_vehicle);
+  /// Goes on from another state of the same layout: the first state.landmarks() landmarks are its. Not told to a watcher.
+  void restore(const MapState& state);
 
   void predict(const MotionPrediction& motion);  ///< (F-1); motion linearised at vehicle_pose()
 
   /// (F-5). The new landmark's index is landmarks() - 1 afterwards.
   void add_landmark(const Feature& feature);
   void add_landmark(const Eigen::Vector2d& submap_p_landmark, const Eigen::Matrix<double, 2, 3>& J_vehicle, const Eigen::Matrix2d& noise);
+  /// A landmark whose error is J_state e + noise, J_state over the whole state (F-10). Not while a watcher is there: InvalidArgument.
+  void add_dependent_landmark(const Eigen::Vector2d& submap_p_landmark,
+                              const Eigen::Ref<const Eigen::Matrix<double, 2, Eigen::Dynamic>>& J_state, const Eigen::Matrix2d& noise);
 
   /// Marginalises a landmark out; the last landmark takes its index.
   void remove_landmark(Eigen::Index landmark);
@@ -64,7 +71,9 @@ class Ekf {
   [[nodiscard]] Eigen::Index landmarks() const { return landmarks_; }
   [[nodiscard]] const Se2& vehicle_pose() const { return vehicle_; }
   [[nodiscard]] Eigen::Matrix3d vehicle_covariance() const;
-  [[nodiscard]] Eigen::Vector2d landmark_position(Eigen::Index landmark) const { return mean_(StateLayout::landmark(landmark)); }
+  [[nodiscard]] Se2 frozen_pose() const { return Se2::from_vector(mean_(StateLayout::frozen_pose())); }
+  [[nodiscard]] GaussianSe2 frozen_T_vehicle();  ///< the vehicle seen from the frozen pose
+  [[nodiscard]] Eigen::Vector2d landmark_position(Eigen::Index landmark) const { return mean_(layout_.landmark(landmark)); }
   [[nodiscard]] Eigen::Matrix2d landmark_covariance(Eigen::Index landmark) const;
   /// P(landmarks, vehicle), 2n x 3.
   [[nodiscard]] Eigen::Ref<const Eigen::MatrixXd> landmark_vehicle_covariance();
@@ -79,10 +88,11 @@ class Ekf {
   void read_landmark_columns(Eigen::Index landmark, Eigen::Index n, Eigen::Ref<Eigen::MatrixXd> columns) const;
 
   ErrorForm error_form_;
+  StateLayout layout_;
   Eigen::Index landmarks_ = 0;
   Eigen::Index capacity_ = 0;  ///< landmarks
   Se2 vehicle_;
-  Eigen::VectorXd mean_;  ///< landmarks only; the vehicle block is kept in vehicle_
+  Eigen::VectorXd mean_;  ///< all but the vehicle block, which is kept in vehicle_
   Eigen::MatrixXd P_;     ///< lower triangle
   Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();
   bool transition_pending_ = false;

@@ -34,8 +34,11 @@ class GlobalMap {
   void attach(const LiveMap& map);
 
   /// `joined` (ports set) replaces the maps at bases a and b; bases that are no longer anyone's base or port are marginalised out.
-  /// `changed`: other maps whose ports are fewer now.
+  /// `changed`: other maps whose ports are fewer now. The sparse level goes on answering as before until settle().
   void replace(int a, int b, const LiveMap& joined, const JoinEvidence& evidence, const std::vector<const LiveMap*>& changed);
+
+  /// To be called when all replacements of one closing are made: the sparse level takes them in together.
+  void settle();
 
   /// Gauss-Newton over all port factors, whatever the solver: the best estimate at the end of a mission.
   void relinearize();
@@ -72,6 +75,7 @@ class GlobalMap {
   std::map<int, PortFactor> factors_;  ///< by the base of the map
   mutable SparsePoseSolver sparse_solver_;
   mutable bool stale_ = true;
+  bool pending_ = false;  ///< sparse: factors were replaced since the last step
   /// Sparse: bases attached since the last factorisation hang on a chain behind the anchor, e = to_anchor * e_anchor + n, n ~ N(0, noise),
   /// so that a closing without a loop costs no factorisation (J-5).
   struct TailBase {

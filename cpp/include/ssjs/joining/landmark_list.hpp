@@ -2,13 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
 
-#include "ssjs/joining/global_map.hpp"
+#include "ssjs/association/hypothesis.hpp"
 #include "ssjs/joining/live_map.hpp"
-#include "ssjs/joining/map_association.hpp"
 #include "ssjs/joining/map_joiner.hpp"
 
 namespace ssjs {
@@ -20,8 +20,10 @@ using SameLandmark = std::pair<std::size_t, std::size_t>;
 [[nodiscard]] std::vector<LandmarkEstimate> listed_once(const std::vector<LandmarkEstimate>& landmarks,
                                                         const std::vector<SameLandmark>& same);
 
-/// What the maps have in common, seen from the present estimate of their bases. first_of: where the landmarks of each map start.
-[[nodiscard]] std::vector<SameLandmark> common_landmarks(const std::map<int, LiveMap>& maps, const std::map<int, std::size_t>& first_of,
-                                                         const GlobalMap& global, const MapAssociator& associator);
+/// What the maps have in common: `paired` is asked about all whose landmark circles overlap. first_of: where the landmarks of each map
+/// start in the list.
+[[nodiscard]] std::vector<SameLandmark> common_landmarks(
+    const std::map<int, LiveMap>& maps, const std::map<int, std::size_t>& first_of, const std::function<Se2(int)>& global_T_base,
+    const std::function<std::vector<Pair>(const LiveMap& a, const LiveMap& b)>& paired);
 
 }  // namespace ssjs

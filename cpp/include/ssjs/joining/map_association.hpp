@@ -13,21 +13,22 @@
 
 namespace ssjs {
 
-/// Pairs (observation: landmark of b, prediction: landmark of a) whose source identities differ; empty unless all are known.
-[[nodiscard]] std::optional<int> count_wrong_pairs(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b);
+// Pairs of landmarks: observation = landmark of b, prediction = landmark of a.
 
-/// Pairs (observation: landmark of b, prediction: landmark of a) of equal source identity.
+/// Landmarks of the same source identity, without looking at any covariance.
 [[nodiscard]] std::vector<Pair> pair_by_identity(const LiveMap& a, const LiveMap& b);
-/// The same among the listed landmarks, as positions in the two lists.
-[[nodiscard]] std::vector<Pair> pair_by_identity(const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks, const LiveMap& b,
-                                                 const std::vector<Eigen::Index>& b_landmarks);
+
+/// How many pairs have different source identities; empty unless all are known.
+[[nodiscard]] std::optional<int> count_wrong_pairs(const std::vector<Pair>& pairs, const LiveMap& a, const LiveMap& b);
 
 struct MapAssociationConfig {
   AssociationMethod method = AssociationMethod::kJointCompatibility;
   JointCompatibilityConfig joint;
   std::optional<double> max_pairing_sigma_m;  ///< a less certain pairing is ambiguous
+  std::optional<int> randomized_above;        ///< joint compatibility is randomised where more landmarks of either map can meet
 };
 
+/// The configured method on the pairing problem of two maps. With known association there is no problem to solve: pair_by_identity().
 class MapAssociator {
  public:
   MapAssociator(const MapAssociationConfig& config, std::uint64_t seed);
@@ -36,12 +37,9 @@ class MapAssociator {
   /// m; absent with known association, which cannot be ambiguous.
   [[nodiscard]] std::optional<double> ambiguity_gate() const;
 
-  /// problem: predictions are these landmarks of a, observations those of b. Pairs are positions in the two lists.
-  [[nodiscard]] Hypothesis associate(const PairingProblem& problem, const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks,
-                                     const LiveMap& b, const std::vector<Eigen::Index>& b_landmarks);
-  /// The same without a draw: joint compatibility wherever identities are not known.
-  [[nodiscard]] Hypothesis associate_exactly(const PairingProblem& problem, const LiveMap& a, const std::vector<Eigen::Index>& a_landmarks,
-                                             const LiveMap& b, const std::vector<Eigen::Index>& b_landmarks) const;
+  [[nodiscard]] Hypothesis associate(const PairingProblem& problem);
+  /// Joint compatibility whatever the method: no draw, no change.
+  [[nodiscard]] Hypothesis associate_exactly(const PairingProblem& problem) const { return joint_compatibility(problem, config_.joint); }
 
  private:
   MapAssociationConfig config_;

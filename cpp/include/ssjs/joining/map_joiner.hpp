@@ -24,11 +24,24 @@ struct LoopAttempt {
   double sigma_m = 0.0;  ///< uncertainty of the pairing before the decision
 };
 
+/// Two maps merged that follow each other in time.
+struct NeighbourJoin {
+  int from = 0, to = 0;            ///< their bases
+  int pairs = 0;                   ///< landmarks found in both
+  std::optional<int> wrong_pairs;  ///< as in LoopAttempt
+  double chi_squared = 0.0;
+  int dof = 0;
+};
+
 struct JoinReport {
   int candidates = 0;              ///< pairs of maps compared
   std::vector<LoopAttempt> loops;  ///< compared pairs, in the order of the comparison
+  std::vector<NeighbourJoin> neighbours;
+  int fusions = 0;  ///< two maps became one, whether neighbours or a loop
   double association_time_s = 0.0;
   bool budget_exhausted = false;
+
+  void append(const JoinReport& later);
 };
 
 struct LandmarkEstimate {
@@ -69,8 +82,8 @@ class MapJoiner {
   /// Present estimate of the newest base, where the next submap starts.
   [[nodiscard]] virtual GaussianSe2 global_T_newest_base() const = 0;
 
-  /// Called once after the last submap, before estimate(): the time for a last global adjustment.
-  virtual void finish() = 0;
+  /// Called once after the last submap, before estimate(): the time for a last global adjustment, or the joins that are left.
+  virtual JoinReport finish() = 0;
 
   [[nodiscard]] virtual WorldEstimate estimate(BaseCovariance covariance) const = 0;
 };

@@ -14,7 +14,7 @@ namespace ssjs {
 struct MapperReport {
   ScanResult scan;
   std::optional<JoinReport> join;  ///< when the scan closed a submap
-  double join_time_s = 0.0;        ///< wall time of that
+  double join_time_s = 0.0;        ///< wall time spent outside the local map, in that or in fetching landmarks of other maps
 };
 
 class Mapper {

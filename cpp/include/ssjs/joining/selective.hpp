@@ -68,7 +68,7 @@ class SelectiveJoiner final : public MapJoiner {
 
   [[nodiscard]] JoinReport take(const Submap& submap) override;
   [[nodiscard]] GaussianSe2 global_T_newest_base() const override;
-  void finish() override;
+  JoinReport finish() override;
   [[nodiscard]] WorldEstimate estimate(BaseCovariance covariance) const override;
 
   [[nodiscard]] const GlobalMap& global() const { return global_; }
@@ -80,6 +80,7 @@ class SelectiveJoiner final : public MapJoiner {
   /// where the maps could not be fused whatever they are.
   [[nodiscard]] std::vector<Pair> search_pairs(const LiveMap& a, const LiveMap& b, double reach_m, int needed, LoopAttempt& attempt,
                                                JoinReport& report);
+  [[nodiscard]] std::vector<Pair> common_landmarks_of(const LiveMap& a, const LiveMap& b) const;  ///< by the present estimate
   /// Compares the map at base `b` with the one at base `a`; fuses them when they share enough. True when fused (into base a).
   bool compare(int a, int b, int needed, LoopAttempt& attempt, JoinReport& report);
 

@@ -41,6 +41,19 @@ struct ScanAssociationConfig {
   }
 };
 
+/// Which landmarks a scan could show, given how sure the filter is of its vehicle.
+class ScanReach {
+ public:
+  ScanReach(const Features& scan, const Ekf& filter);
+  /// Farthest possible distance from the estimated vehicle of a landmark whose position has covariance of this trace (m^2).
+  [[nodiscard]] double radius_m(double position_variance) const;
+
+ private:
+  double farthest_m_ = 0.0;
+  double sigma_range_m_ = 0.0;
+  double vehicle_variance_ = 0.0;  ///< m^2
+};
+
 struct ScanAssociation {
   Hypothesis hypothesis;  ///< prediction j stands for landmark selected[j] of the filter
   std::vector<Eigen::Index> selected;

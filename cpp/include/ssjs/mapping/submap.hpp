@@ -40,6 +40,9 @@ struct Submap {
   MapState state;                      ///< vehicle block = exit pose, base_T_next_base
   std::vector<MapLandmark> landmarks;  ///< in the order of the state
   std::vector<SubmapStep> steps;
+  /// The steps are in the world frame, as filtered (a method with one frame for all): base_T_vehicle is global_T_vehicle, with
+  /// `covariance`.
+  bool steps_are_global = false;
 };
 
 }  // namespace ssjs

@@ -18,7 +18,7 @@ struct TrajectoryPoint {
 [[nodiscard]] GaussianSe2 between_borders(const SubmapStep& step, const Se2& global_T_base, const RelativePose& exit,
                                           const Eigen::Vector3d& shift, const Matrix6d& P);
 
-/// One point a step: every past pose follows the last estimate of its submap's borders (C-5).
+/// One point a step: every past pose follows the last estimate of its submap's borders (C-5), unless its steps are global already.
 [[nodiscard]] std::vector<TrajectoryPoint> final_trajectory(const std::vector<Submap>& submaps, const WorldEstimate& world);
 
 }  // namespace ssjs

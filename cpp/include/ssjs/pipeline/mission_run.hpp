@@ -37,7 +37,8 @@ struct MissionResult {
   int observations = 0;  ///< landmark observations used or tried
   int scan_wrong_pairs = 0;
   int loop_candidates = 0, loop_closures = 0, map_wrong_pairs = 0;
-  bool map_identities_known = false;  ///< at least one accepted pairing could be checked
+  int fusions = 0;                    ///< maps merged: neighbours joined, or loops closed by fusing
+  bool map_identities_known = false;  ///< at least one accepted pairing of maps could be checked
   int budget_exhausted = 0;           ///< searches stopped by their node budget
   double fusion_chi_squared = 0.0;    ///< summed over the fusions
   int fusion_dof = 0;

@@ -15,7 +15,7 @@ struct Scenario {
   VehicleSimulationConfig config;
 };
 
-/// "grid-survey", "grid-survey-stress", "large-world", "revisit".
+/// "grid-survey", "grid-survey-stress", "large-world", "revisit", "aekf-loop".
 [[nodiscard]] std::vector<std::string> scenario_names();
 
 /// The seed places the landmarks where the scenario jitters them. An unknown name throws InvalidArgument listing the known ones.
@@ -27,5 +27,7 @@ struct Scenario {
 [[nodiscard]] VehicleSimulationConfig grid_survey_stress_config();
 /// 10 controls and 2 scans a second with better odometry, for missions of many kilometres.
 [[nodiscard]] VehicleSimulationConfig large_world_config();
+/// The sonar loop: wheelbase 4 m, 80 controls and 10 scans a second, 30 m of range.
+[[nodiscard]] VehicleSimulationConfig aekf_loop_config();
 
 }  // namespace ssjs

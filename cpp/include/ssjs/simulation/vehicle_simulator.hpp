@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ssjs/base/angle.hpp"
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/base/progress.hpp"
 #include "ssjs/features/event.hpp"
@@ -19,6 +20,7 @@ struct VehicleSimulationConfig {
   int steps_per_scan = 24;
   double min_range_m = 1.0;
   double max_range_m = 8.0;
+  double field_of_view_rad = 2.0 * kPi;  ///< symmetric about straight ahead
   double range_sigma_m = 0.1;
   double bearing_sigma_rad = 0.0174532925199433;
   double lookahead_m = 1.5;
@@ -31,6 +33,7 @@ struct VehicleSimulationConfig {
     v.field("steps_per_scan", steps_per_scan, Rule::at_least(1), "one scan every so many steps");
     v.field("min_range_m", min_range_m, Rule::not_negative(), "nearer landmarks are not seen");
     v.field("max_range_m", max_range_m, Rule::positive(), "farther landmarks are not seen");
+    v.field("field_of_view_rad", field_of_view_rad, Rule{0.0, 2.0 * kPi, true, false}, "half of it to each side; 2 pi sees all round");
     v.field("range_sigma_m", range_sigma_m, Rule::positive(), "range noise");
     v.field("bearing_sigma_rad", bearing_sigma_rad, Rule::positive(), "bearing noise");
     v.field("lookahead_m", lookahead_m, Rule::positive(), "the vehicle aims at the point of the path so far ahead");

@@ -1,40 +1,6 @@
 "use strict";
 (function () {
-  const report = JSON.parse(document.getElementById("report-data").textContent);
-  const byId = (id) => document.getElementById(id);
-  // Named one by one: plotly's own choice holds a button that sends the data to a server.
-  const buttons = [["toImage"], ["zoom2d", "pan2d"], ["zoomIn2d", "zoomOut2d", "resetScale2d"]];
-  const plain = { responsive: true, displaylogo: false, modeBarButtons: buttons, showSendToCloud: false, plotlyServerURL: "" };
-  const drawn = {};
-
-  function draw(id) {
-    const element = byId(id);
-    const figure = report.figures[id];
-    if (!element || !figure) return Promise.resolve();
-    const config = Object.assign({}, plain, {
-      scrollZoom: id === "map",
-      toImageButtonOptions: { format: "svg", filename: id },
-    });
-    return Plotly.newPlot(element, figure.data, figure.layout, config).then(() => {
-      drawn[id] = element;
-      keepScalable(element);
-      element.on("plotly_afterplot", () => keepScalable(element));
-    });
-  }
-
-  // ---- map layers -------------------------------------------------------------------------------------------------
-  function connectLayers() {
-    document.querySelectorAll("input[data-layer]").forEach((box) => {
-      // a reloaded page may remember another choice than the one drawn
-      box.checked = box.defaultChecked;
-      box.addEventListener("change", () => Plotly.restyle(byId("map"), { visible: box.checked }, report.layers[box.dataset.layer]));
-    });
-  }
-
-  // The wheel scrolls the page; with Ctrl it zooms the map.
-  function tameWheel(map) {
-    map.addEventListener("wheel", (event) => { if (!event.ctrlKey && !event.metaKey) event.stopImmediatePropagation(); }, { capture: true, passive: true });
-  }
+  const { report, byId, drawn, draw, drawAll, connectLayers, tameWheel, connectTables, connectPrint } = ssjsPage;
 
   /** From drawn metres to pixels of the map's frame, as plotly shows it at this instant. */
   function viewOf(map) {
@@ -246,20 +212,9 @@
     goTo(last);
   }
 
-  // ---- tables -----------------------------------------------------------------------------------------------------
-  function connectTables() {
+  function connectRows() {
     document.querySelectorAll("table.sortable").forEach((table) => {
-      const body = table.tBodies[0], heads = [...table.tHead.rows[0].cells];
-      heads.forEach((head, column) => head.addEventListener("click", () => {
-        const upward = head.getAttribute("aria-sort") !== "ascending";
-        heads.forEach((other) => other.removeAttribute("aria-sort"));
-        head.setAttribute("aria-sort", upward ? "ascending" : "descending");
-        const value = (row) => row.cells[column].dataset.v;
-        const numeric = [...body.rows].every((row) => value(row) !== "" && !Number.isNaN(Number(value(row))));
-        const compare = numeric ? (a, b) => Number(value(a)) - Number(value(b)) : (a, b) => (value(a) < value(b) ? -1 : value(a) > value(b) ? 1 : 0);
-        body.append(...[...body.rows].sort((a, b) => (upward ? compare(a, b) : compare(b, a))));
-      }));
-      body.addEventListener("click", (event) => {
+      table.tBodies[0].addEventListener("click", (event) => {
         const row = event.target.closest("tr[data-x]");
         if (row) showOnMap(Number(row.dataset.x), Number(row.dataset.y));
       });
@@ -268,23 +223,8 @@
     if (refused) refused.addEventListener("change", () => byId("loop-table").classList.toggle("hide-refused", !refused.checked));
   }
 
-  // ---- print: every number open; the plots shrink with the paper by their view boxes (report.css) ---------------------
-  function connectPrint() {
-    let closed = [];
-    window.addEventListener("beforeprint", () => {
-      closed = [...document.querySelectorAll("details:not([open])")];
-      closed.forEach((element) => { element.open = true; });
-    });
-    window.addEventListener("afterprint", () => closed.forEach((element) => { element.open = false; }));
-  }
-
-  function keepScalable(element) {
-    const width = element._fullLayout.width, height = element._fullLayout.height;
-    element.style.setProperty("--ratio", `${width} / ${height}`);
-    element.querySelectorAll(".main-svg").forEach((svg) => svg.setAttribute("viewBox", `0 0 ${width} ${height}`));
-  }
-
   connectTables();
+  connectRows();
   connectPrint();
   const rest = Object.keys(report.figures).filter((id) => id !== "map").sort();
   draw("map")
@@ -297,6 +237,5 @@
       byId("map").on("plotly_relayouting", placeFocusNow);
       if (report.replay) createReplay(report.replay);
     })
-    .then(() => rest.reduce((before, id) => before.then(() => new Promise((done) => requestAnimationFrame(() => draw(id).then(done)))), Promise.resolve()))
-    .then(() => document.documentElement.setAttribute("data-report", "ready"));
+    .then(() => drawAll(rest));
 })();

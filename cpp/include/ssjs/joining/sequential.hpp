@@ -1,0 +1,19 @@
+/// Local map joining (LMJ): one growing map in the frame of base 0, to which every finished submap is joined. [tardos2002],
+/// docs/math/joining_methods.md (L-1..L-4).
+#pragma once
+
+#include <utility>
+
+#include "ssjs/joining/chain_joiner.hpp"
+
+namespace ssjs {
+
+class SequentialJoiner final : public ChainJoiner {
+ public:
+  explicit SequentialJoiner(MapAssociator associator) : ChainJoiner(std::move(associator), &fuse) {}
+
+ private:
+  [[nodiscard]] bool joins(const ChainedMap& /*below*/, const ChainedMap& /*top*/) const override { return true; }
+};
+
+}  // namespace ssjs

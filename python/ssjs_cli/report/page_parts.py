@@ -1,0 +1,55 @@
+"""What every page is made of: plots with a fixed place, the templates, and the data inside one script element."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from ssjs_cli.report.figure_style import Figure
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+@dataclass
+class Plot:
+    """div_id: fixed, so that tests and links find it; missing: what to say instead of an empty plot."""
+
+    div_id: str
+    heading: str
+    figure: Figure | None = None
+    notes: list[str] = field(default_factory=list)
+    missing: str = ""
+
+    @property
+    def height_px(self) -> int:
+        return int(self.figure["layout"]["height"]) if self.figure is not None else 0
+
+
+def render(template: str, data: dict[str, Any], scripts: tuple[str, ...], **variables: Any) -> str:
+    """A whole page: style, plotly and our scripts inside, `data` as JSON for them. Nothing is fetched."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template(template).render(
+        style_sheet=_raw("report.css"),
+        plotly_script=Markup(get_plotlyjs()),
+        page_script=Markup("\n").join(_raw(name) for name in scripts),
+        data=_json_for_script(data),
+        **variables,
+    )
+
+
+def _raw(name: str) -> Markup:
+    return Markup((TEMPLATES / name).read_text(encoding="utf-8"))
+
+
+def _json_for_script(document: dict[str, Any]) -> Markup:
+    """JSON that no text inside can break out of a script element: <, > and & leave as escapes."""
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"), sort_keys=True)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return Markup(text)
