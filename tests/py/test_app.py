@@ -13,7 +13,7 @@ from ssjs_cli.errors import InterruptionError, UserError
 from ssjs_cli.session import Session
 
 HELP_LIMIT_S = 0.2
-HEAVY_MODULES = ("numpy", "pydantic", "rich", "scipy", "plotly", "matplotlib", "ssjs_cli._core", "ssjs_cli.report")
+HEAVY_MODULES = ("numpy", "pydantic", "rich", "scipy", "plotly", "ssjs_cli._core", "ssjs_cli.report")
 
 
 def test_help_lists_every_command(cli: Callable[..., Any]) -> None:
