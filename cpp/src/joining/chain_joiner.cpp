@@ -4,7 +4,7 @@
 
 namespace ssjs {
 
-ChainJoiner::ChainJoiner(MapAssociator associator, MergeNeighbours merge) : associator_(std::move(associator)), merge_(merge) {}
+ChainJoiner::ChainJoiner(MapAssociator associator, MergeNeighbours merge) : associator_(associator), merge_(merge) {}
 
 void ChainJoiner::join_top_two(std::vector<ChainedMap>& stack, MergeNeighbours merge, MapAssociator& associator, JoinReport& report) {
   const ChainedMap top = std::move(stack.back());

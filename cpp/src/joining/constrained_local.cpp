@@ -51,8 +51,8 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
     J.middleRows<2>(row) = act_jacobian(a_T_b, b_p);
     G.block<2, 2>(row, b.landmark_offset(order[i])) = R;
   }
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> P_aF = a.covariance.middleCols<3>(3 * *frame);
-  const Eigen::MatrixXd P_bb = J * P_aF.middleRows<3>(3 * *frame) * J.transpose() + G * b.covariance * G.transpose();
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> P_frame = a.covariance.middleCols<3>(3 * *frame);
+  const Eigen::MatrixXd P_bb = J * P_frame.middleRows<3>(3 * *frame) * J.transpose() + G * b.covariance * G.transpose();
 
   // (K-2) The constraint C x = 0: a landmark of a minus its partner, which stands at the end of b; the weighted projection onto it.
   const Eigen::Index partners = n_b - 2 * n_pairs;
@@ -62,8 +62,8 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
   Eigen::VectorXd Cx(2 * n_pairs);
   for (Eigen::Index i = 0; i < n_pairs; ++i) {
     const Eigen::Index of_a = a.landmark_offset(pairs[static_cast<std::size_t>(i)].prediction);
-    Y_a.middleCols<2>(2 * i) = a.covariance.middleCols<2>(of_a) - P_aF * J.middleRows<2>(partners + 2 * i).transpose();
-    Y_b.middleCols<2>(2 * i) += J * P_aF.middleRows<2>(of_a).transpose();
+    Y_a.middleCols<2>(2 * i) = a.covariance.middleCols<2>(of_a) - P_frame * J.middleRows<2>(partners + 2 * i).transpose();
+    Y_b.middleCols<2>(2 * i) += J * P_frame.middleRows<2>(of_a).transpose();
     Cx.segment<2>(2 * i) = x_a.segment<2>(of_a) - x_b.segment<2>(partners + 2 * i);
   }
   Eigen::MatrixXd S = -Y_b.bottomRows(2 * n_pairs);
@@ -98,12 +98,12 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
   P.topLeftCorner(poses, poses) = a.covariance.topLeftCorner(poses, poses);
   P.block(poses + 3, 0, n_landmarks, poses) = a.covariance.bottomLeftCorner(n_landmarks, poses);
   P.block(poses + 3, poses + 3, n_landmarks, n_landmarks) = a.covariance.bottomRightCorner(n_landmarks, n_landmarks);
-  P.block(poses, 0, 3, poses) = J.topRows<3>() * P_aF.topRows(poses).transpose();
-  P.block(poses + 3, poses, n_landmarks, 3) = P_aF.bottomRows(n_landmarks) * J.topRows<3>().transpose();
+  P.block(poses, 0, 3, poses) = J.topRows<3>() * P_frame.topRows(poses).transpose();
+  P.block(poses + 3, poses, n_landmarks, 3) = P_frame.bottomRows(n_landmarks) * J.topRows<3>().transpose();
   P.block<3, 3>(poses, poses) = P_bb.topLeftCorner<3, 3>();
-  P.block(from_b, 0, n_new, poses) = J.middleRows(3, n_new) * P_aF.topRows(poses).transpose();
+  P.block(from_b, 0, n_new, poses) = J.middleRows(3, n_new) * P_frame.topRows(poses).transpose();
   P.block(from_b, poses, n_new, 3) = P_bb.block(3, 0, n_new, 3);
-  P.block(from_b, poses + 3, n_new, n_landmarks) = J.middleRows(3, n_new) * P_aF.bottomRows(n_landmarks).transpose();
+  P.block(from_b, poses + 3, n_new, n_landmarks) = J.middleRows(3, n_new) * P_frame.bottomRows(n_landmarks).transpose();
   P.bottomRightCorner(n_new, n_new) = P_bb.block(3, 3, n_new, n_new);
   P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
   mirror_lower(P);

@@ -3,8 +3,6 @@
 /// docs/math/joining_methods.md (K-1..K-3).
 #pragma once
 
-#include <utility>
-
 #include "ssjs/joining/chain_joiner.hpp"
 
 namespace ssjs {
@@ -15,7 +13,7 @@ namespace ssjs {
 
 class ConstrainedLocalJoiner final : public ChainJoiner {
  public:
-  explicit ConstrainedLocalJoiner(MapAssociator associator) : ChainJoiner(std::move(associator), &project) {}
+  explicit ConstrainedLocalJoiner(MapAssociator associator) : ChainJoiner(associator, &project) {}
 
  private:
   [[nodiscard]] bool joins(const ChainedMap& /*below*/, const ChainedMap& /*top*/) const override { return true; }

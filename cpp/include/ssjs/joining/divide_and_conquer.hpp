@@ -2,8 +2,6 @@
 /// docs/math/joining_methods.md (D-1).
 #pragma once
 
-#include <utility>
-
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/joining/chain_joiner.hpp"
 
@@ -22,7 +20,7 @@ struct DivideAndConquerConfig {
 class DivideAndConquerJoiner final : public ChainJoiner {
  public:
   /// association: with randomized_above set from the configuration.
-  explicit DivideAndConquerJoiner(MapAssociator associator) : ChainJoiner(std::move(associator), &fuse) {}
+  explicit DivideAndConquerJoiner(MapAssociator associator) : ChainJoiner(associator, &fuse) {}
 
  private:
   [[nodiscard]] bool joins(const ChainedMap& below, const ChainedMap& top) const override {

@@ -2,15 +2,13 @@
 /// docs/math/joining_methods.md (L-1..L-4).
 #pragma once
 
-#include <utility>
-
 #include "ssjs/joining/chain_joiner.hpp"
 
 namespace ssjs {
 
 class SequentialJoiner final : public ChainJoiner {
  public:
-  explicit SequentialJoiner(MapAssociator associator) : ChainJoiner(std::move(associator), &fuse) {}
+  explicit SequentialJoiner(MapAssociator associator) : ChainJoiner(associator, &fuse) {}
 
  private:
   [[nodiscard]] bool joins(const ChainedMap& /*below*/, const ChainedMap& /*top*/) const override { return true; }
