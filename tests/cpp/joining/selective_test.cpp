@@ -170,7 +170,6 @@ TEST(SelectiveJoiner, J19_FewerSharedBasesLoseInformationAndInventNone) {
   for (const GlobalSolver solver : {GlobalSolver::kInvariantEkf, GlobalSolver::kGaussNewton}) {
     SelectiveJoinerConfig config = keep_everything();
     config.max_ports = 2;
-    config.max_ports = 2;
     config.solver = solver;
     config.fusion_threshold = 0.1;
     const Joined run(submaps, config);
