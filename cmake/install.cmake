@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 set(SSJS_CONFIG_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/ssjs")
 
-foreach(part IN ITEMS base slam)
+foreach(part IN LISTS ssjs_parts)
   install(
     TARGETS ssjs_${part}
     EXPORT ssjs-${part}-targets
@@ -17,6 +17,7 @@ configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/ssjs-config.cmake.in"
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ssjs-config-version.cmake" COMPATIBILITY SameMajorVersion)
 install(
   FILES "${PROJECT_BINARY_DIR}/ssjs-config.cmake" "${PROJECT_BINARY_DIR}/ssjs-config-version.cmake" "${PROJECT_SOURCE_DIR}/cmake/FindCHOLMOD.cmake"
+        "${PROJECT_SOURCE_DIR}/cmake/FindOpenCVImgproc.cmake"
   DESTINATION "${SSJS_CONFIG_DIR}"
   COMPONENT development)
 
