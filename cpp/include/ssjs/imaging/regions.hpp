@@ -33,6 +33,9 @@ struct LabelledRegions {
   std::vector<Region> regions;  ///< regions[i] has label i + 1
 };
 
+/// Throws InvalidArgument unless the labels are those of the regions.
+void check_labelled_regions(const LabelledRegions& labelled);
+
 /// mask: CV_8U, nonzero where set. intensity: CV_8U or CV_16U, one channel, of the same size.
 [[nodiscard]] LabelledRegions find_regions(const cv::Mat& mask, const cv::Mat& intensity);
 
