@@ -3,7 +3,6 @@
 #include <map>
 #include <sstream>
 #include <string>
-#include <utility>
 
 #include "ssjs/base/error.hpp"
 
@@ -11,7 +10,7 @@ namespace ssjs {
 namespace {
 
 /// Runs with the index of their object; objects without a run are not allowed.
-GroundTruth truth_of_runs(const cv::Size& size, bool is_boxes, std::vector<MaskRun> runs, int objects) {
+GroundTruth truth_of_runs(const cv::Size& size, bool is_boxes, const std::vector<MaskRun>& runs, int objects) {
   GroundTruth truth{size, is_boxes, std::vector<TruthObject>(static_cast<std::size_t>(objects))};
   for (const MaskRun& run : runs) {
     TruthObject& object = truth.objects[static_cast<std::size_t>(run.component)];
@@ -46,14 +45,14 @@ GroundTruth truth_of_values(const cv::Mat& labels) {
   int objects = 0;
   for (auto& [label, index] : index_of) index = objects++;
   for (MaskRun& run : runs) run.component = index_of.at(run.component);
-  return truth_of_runs(labels.size(), false, std::move(runs), objects);
+  return truth_of_runs(labels.size(), false, runs, objects);
 }
 
 }  // namespace
 
 GroundTruth truth_of_mask(const cv::Mat& mask) {
-  MaskComponents components = foreground_components(mask);
-  return truth_of_runs(mask.size(), false, std::move(components.runs), components.count);
+  const MaskComponents components = foreground_components(mask);
+  return truth_of_runs(mask.size(), false, components.runs, components.count);
 }
 
 GroundTruth truth_of_labels(const cv::Mat& labels) {
@@ -77,7 +76,7 @@ GroundTruth truth_of_boxes(const cv::Size& size, const std::vector<cv::Rect>& bo
     for (int row = inside.y; row < inside.y + inside.height; ++row) runs.push_back({row, inside.x, inside.x + inside.width, objects});
     ++objects;
   }
-  return truth_of_runs(size, true, std::move(runs), objects);
+  return truth_of_runs(size, true, runs, objects);
 }
 
 }  // namespace ssjs

@@ -78,10 +78,8 @@ struct Swath {
 
   [[nodiscard]] cv::Mat of(const cv::Mat& image) const {
     if (side == SonarSide::kStarboard) return image.colRange(nadir_column, image.cols);
-    cv::Mat mirrored;
-    const cv::Mat port = image.colRange(0, nadir_column);
-    if (port.empty()) return port;
-    cv::flip(port, mirrored, 1);
+    cv::Mat mirrored(image.rows, nadir_column, image.type());
+    if (!mirrored.empty()) cv::flip(image.colRange(0, nadir_column), mirrored, 1);
     return mirrored;
   }
   /// Puts what of() gave back to its place.

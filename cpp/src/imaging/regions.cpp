@@ -37,7 +37,9 @@ void add_run(PixelSums& sums, const MaskRun& run) {
   sums.pixels += n;
   sums.x += sum_x;
   sums.y += n * y;
-  sums.xx += static_cast<double>(x0) * static_cast<double>(n * x0 + n * (n - 1)) + static_cast<double>((n - 1) * n * (2 * n - 1) / 6);
+  const auto m = static_cast<double>(n);
+  const auto x = static_cast<double>(x0);
+  sums.xx += m * x * x + x * m * (m - 1) + (m - 1) * m * (2 * m - 1) / 6;
   sums.xy += static_cast<double>(y) * static_cast<double>(sum_x);
   sums.yy += static_cast<double>(y) * static_cast<double>(n * y);
   sums.left = std::min(sums.left, run.first);

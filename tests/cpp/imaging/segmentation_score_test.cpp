@@ -21,7 +21,7 @@ TEST(SegmentationScoreTest, R20_R21_R22_ThePapersTables) {
     double false_positive_rate;
     double precision;
   };
-  // [yuan2017] Tables 1, 2, 4, 5, 7 and 8 with equations (12) to (23), as rounded there. Its (19) prints 1/(1 + 8) = 0.11 for Table 5,
+  // [yuan2016] Tables 1, 2, 4, 5, 7 and 8 with equations (12) to (23), as rounded there. Its (19) prints 1/(1 + 8) = 0.11 for Table 5,
   // where it counts 7 false positives: 1/8.
   for (const Table& table :
        {Table{{2, 4, 0, 21}, 0.16, 0.33}, Table{{2, 8, 0, 20}, 0.29, 0.20}, Table{{1, 1, 0, 13}, 0.07, 0.50},

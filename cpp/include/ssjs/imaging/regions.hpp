@@ -1,4 +1,4 @@
-/// The regions of a mask with their measures, and the objects that regions are pieces of. [yuan2017] Algorithm 2 steps 5 and 6,
+/// The regions of a mask with their measures, and the objects that regions are pieces of. [yuan2016] Algorithm 2 steps 5 and 6,
 /// docs/math/regions.md
 ///
 /// Pixel coordinates: x counts columns to the right, y rows downwards, the centre of the top left pixel is (0, 0). MATLAB's, and

@@ -1,4 +1,4 @@
-/// How well detected regions meet the truth. [yuan2017] sections 3.4 and 3.5, docs/math/regions.md to
+/// How well detected regions meet the truth. [yuan2016] sections 3.4 and 3.5, docs/math/regions.md to
 #pragma once
 
 #include <cstdint>
