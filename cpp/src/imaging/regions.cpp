@@ -37,7 +37,9 @@ void add_run(PixelSums& sums, const MaskRun& run) {
   sums.pixels += n;
   sums.x += sum_x;
   sums.y += n * y;
-  sums.xx += static_cast<double>(x0) * static_cast<double>(n * x0 + n * (n - 1)) + static_cast<double>((n - 1) * n * (2 * n - 1) / 6);
+  const auto m = static_cast<double>(n);
+  const auto x = static_cast<double>(x0);
+  sums.xx += m * x * x + x * m * (m - 1) + (m - 1) * m * (2 * m - 1) / 6;
   sums.xy += static_cast<double>(y) * static_cast<double>(sum_x);
   sums.yy += static_cast<double>(y) * static_cast<double>(n * y);
   sums.left = std::min(sums.left, run.first);
@@ -88,7 +90,7 @@ Region region_of(const PixelSums& sums, int label) {
 class NearRegions {
  public:
   NearRegions(const cv::Mat& labels, std::size_t regions, double gap_px)
-      : labels_(labels), regions_(regions), gap_px_(gap_px), lowest_(static_cast<std::size_t>(labels.cols)), objects_(regions) {}
+      : labels_(labels), gap_px_(gap_px), lowest_(static_cast<std::size_t>(labels.cols)), objects_(regions) {}
 
   DisjointSets objects() && {
     for (int row = 0; row < labels_.rows; ++row) add_row(row);
@@ -118,8 +120,6 @@ class NearRegions {
     int last_label = 0;  // 0: no run yet
     for (int first = next_run(labels, 0, columns); first < columns;) {
       const int label = labels[first];
-      if (label < 1 || static_cast<std::size_t>(label) > regions_)
-        throw InvalidArgument("labels", label, "must lie between 0 and the number of regions, " + std::to_string(regions_));
       for (int column = first - 1; column >= last_end && first - column < reach; --column)
         compare_with_column(label, row, column, first - column);
       if (last_label != 0) unite_if_near(label, last_label, static_cast<double>(first) - (last_end - 1), 0);
@@ -142,13 +142,34 @@ class NearRegions {
   }
 
   const cv::Mat& labels_;
-  std::size_t regions_;
   double gap_px_;
   std::vector<LowestPixel> lowest_;
   DisjointSets objects_;
 };
 
 }  // namespace
+
+void check_labelled_regions(const LabelledRegions& labelled) {
+  if (labelled.labels.type() != CV_32SC1)
+    throw InvalidArgument("labels", cv::typeToString(labelled.labels.type()), "must hold 32-bit integers (CV_32SC1)");
+  for (std::size_t i = 0; i < labelled.regions.size(); ++i) {
+    if (labelled.regions[i].label != static_cast<int>(i) + 1)
+      throw InvalidArgument("regions[" + std::to_string(i) + "].label", labelled.regions[i].label, "must be the index plus one");
+  }
+  const int largest = static_cast<int>(labelled.regions.size());
+  for (int row = 0; row < labelled.labels.rows; ++row) {
+    const int* labels = labelled.labels.ptr<int>(row);
+    int lowest = 0;
+    int highest = 0;
+    for (int x = 0; x < labelled.labels.cols; ++x) {
+      lowest = std::min(lowest, labels[x]);
+      highest = std::max(highest, labels[x]);
+    }
+    if (lowest < 0 || highest > largest)
+      throw InvalidArgument("labels", lowest < 0 ? lowest : highest,
+                            "must lie between 0 and the number of regions, " + std::to_string(largest));
+  }
+}
 
 LabelledRegions find_regions(const cv::Mat& mask, const cv::Mat& intensity) {
   const MaskComponents components = foreground_components(mask);
@@ -182,12 +203,7 @@ LabelledRegions find_regions(const cv::Mat& mask, const cv::Mat& intensity) {
 
 std::vector<RegionObject> group_regions(const LabelledRegions& labelled, double gap_px, CentroidWeighting weighting) {
   if (!(gap_px >= 0)) throw InvalidArgument("gap_px", gap_px, "must not be negative");
-  if (labelled.labels.type() != CV_32SC1)
-    throw InvalidArgument("labels", cv::typeToString(labelled.labels.type()), "must hold 32-bit integers (CV_32SC1)");
-  for (std::size_t i = 0; i < labelled.regions.size(); ++i) {
-    if (labelled.regions[i].label != static_cast<int>(i) + 1)
-      throw InvalidArgument("regions[" + std::to_string(i) + "].label", labelled.regions[i].label, "must be the index plus one");
-  }
+  check_labelled_regions(labelled);
 
   DisjointSets sets = NearRegions(labelled.labels, labelled.regions.size(), gap_px).objects();
   std::vector<int> object_of(labelled.regions.size(), 0);

@@ -130,7 +130,7 @@ TEST(RegionsTest, NothingSetGivesNoRegions) {
 }
 
 TEST(RegionsTest, R10_ThePapersShipwreckAndMannequin) {
-  // [yuan2017] sections 3.4.1 and 3.5: the mean of two centroids is (538.7, 628.5), that of five (1005.5, 690.7).
+  // [yuan2016] sections 3.4.1 and 3.5: the mean of two centroids is (538.7, 628.5), that of five (1005.5, 690.7).
   const auto mean_of = [](const std::vector<cv::Point2d>& centroids) {
     LabelledRegions labelled{cv::Mat::zeros(1, 2 * static_cast<int>(centroids.size()), CV_32S), {}};
     for (std::size_t i = 0; i < centroids.size(); ++i) {

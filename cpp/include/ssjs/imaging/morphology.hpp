@@ -1,4 +1,4 @@
-/// The operations on masks that make regions out of thresholded pixels. [yuan2017] Algorithm 2, docs/math/regions.md
+/// The operations on masks that make regions out of thresholded pixels. [yuan2016] Algorithm 2, docs/math/regions.md
 ///
 /// A mask is one channel of CV_8U, nonzero where set; what lies outside the image is clear. Every result is a new mask of the same
 /// size that holds 0 and 255. A mask without pixels gives one without pixels.

@@ -1,4 +1,4 @@
-/// The regions of a mask with their measures, and the objects that regions are pieces of. [yuan2017] Algorithm 2 steps 5 and 6,
+/// The regions of a mask with their measures, and the objects that regions are pieces of. [yuan2016] Algorithm 2 steps 5 and 6,
 /// docs/math/regions.md
 ///
 /// Pixel coordinates: x counts columns to the right, y rows downwards, the centre of the top left pixel is (0, 0). MATLAB's, and
@@ -32,6 +32,9 @@ struct LabelledRegions {
   cv::Mat labels;               ///< CV_32S of the mask's size, 0 in the background
   std::vector<Region> regions;  ///< regions[i] has label i + 1
 };
+
+/// Throws InvalidArgument unless the labels are those of the regions.
+void check_labelled_regions(const LabelledRegions& labelled);
 
 /// mask: CV_8U, nonzero where set. intensity: CV_8U or CV_16U, one channel, of the same size.
 [[nodiscard]] LabelledRegions find_regions(const cv::Mat& mask, const cv::Mat& intensity);
