@@ -58,16 +58,17 @@ _IMAGE_FIELDS = (
     FieldDescription(PIXEL_ACROSS_KEY, "optional_float", None, (), "must be positive", "width of a pixel on the seabed, across the track"),
     FieldDescription(NADIR_KEY, "choice", NO_NADIR, (NO_NADIR, LEFT, MIDDLE, RIGHT, COLUMN), "", "where the sonar passed"),
     FieldDescription(
-        NADIR_COLUMN_KEY, "optional_int", None, (), "must not be negative", "first column to starboard of the sonar's path, for nadir = column"
+        NADIR_COLUMN_KEY, "optional_int", None, (), "must not be negative",
+        "first column to starboard of the sonar's path, where nadir is 'column'",
     ),
     FieldDescription(
         OBJECTS_KEY, "choice", REGION_OBJECTS, (REGION_OBJECTS, SHADOW_OBJECTS), "",
         "regions near each other, or highlights with a shadow behind them",
     ),
-    FieldDescription(ALTITUDE_KEY, "optional_float", None, (), "must be positive", "of the sonar above the seabed, for heights from shadows"),
+    FieldDescription(ALTITUDE_KEY, "optional_float", None, (), "must be positive", "of the sonar above the seabed, for heights by shadows"),
     FieldDescription(
-        RANGES_KEY, "choice", "slant-top", ("ground", "slant-top", "slant-foot"), "",
-        "what the columns count: range on the seabed, or slant range with the top or the foot of an object echoing last before its shadow",
+        RANGES_KEY, "choice", "slant_top", ("ground", "slant_top", "slant_foot"), "",
+        "columns count range on the seabed, or slant range, an object's top or foot echoing last before its shadow",
     ),
 )  # fmt: skip
 
