@@ -10,19 +10,20 @@ from PIL import Image, ImageDraw, ImageFont
 from ssjs_cli.segmentation.pictures import Drawing, Panels, Pixels, panels
 
 #: Box of one picture on the sheets.
-THUMBNAIL_PX = (220, 180)
+THUMBNAIL_PX = (200, 180)
 #: The sheets show so many images; of more, evenly chosen ones. Tables hold all.
-MAX_IMAGES = 96
+MAX_IMAGES = 72
 
 _BACKGROUND = (255, 255, 255)
 _INK = (20, 33, 61)
 _MUTED = (102, 113, 126)
+_FRAME = (184, 194, 204)
 _MARGIN_PX = 18
 _GAP_PX = 4
 _CELL_GAP_PX = 22
 _LINE_PX = 16
 _FONT_PX = 13
-_WIDTH_PX = 1480
+_WIDTH_PX = 1960
 _JPEG_QUALITY = 84
 
 
@@ -88,7 +89,9 @@ def contact_sheet(entries: Sequence[SheetEntry], title: str) -> bytes:
         for panel, thumbnail in enumerate(entry.thumbnails):
             with Image.open(io.BytesIO(thumbnail.data)) as picture:
                 x = left + panel * (box_width + _GAP_PX) + (box_width - picture.width) // 2
-                sheet.paste(picture.convert("RGB"), (x, upper + box_height - picture.height))
+                y = upper + box_height - picture.height
+                sheet.paste(picture.convert("RGB"), (x, y))
+                canvas.rectangle((x - 1, y - 1, x + picture.width, y + picture.height), outline=_FRAME)
         for line, text in enumerate([entry.name, *entry.lines]):
             place = (left, upper + box_height + _GAP_PX + line * _LINE_PX)
             canvas.text(place, _fitted(text, font, cell_width), fill=_MUTED if line else _INK, font=font)
