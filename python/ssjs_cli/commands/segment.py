@@ -1,12 +1,11 @@
 """ssjs-cli segment: sonar images to masks, regions and centroids."""
 
-from pathlib import Path
 from typing import Any
 
 import click
 
 from ssjs_cli.options import common_options
-from ssjs_cli.segment_options import settings_options
+from ssjs_cli.segment_options import path_of, settings_options, settings_request
 from ssjs_cli.session import Session
 
 
@@ -39,28 +38,15 @@ def segment(session: Session, /, images: tuple[str, ...], **options: Any) -> int
     """
     from ssjs_cli.segmentation.answer import answer_segmentation
     from ssjs_cli.segmentation.run import SegmentationRequest, segment_images
-    from ssjs_cli.segmentation.settings import SettingsRequest
 
     request = SegmentationRequest(
         images,
-        SettingsRequest(
-            method=options["method"],
-            preset=options["preset"],
-            objects=options["objects"],
-            nadir=options["nadir"],
-            pixel_size=options["pixel_size"],
-            invalid_value=options["invalid_value"],
-            padding_level=options["padding_level"],
-            altitude_m=options["altitude_m"],
-            config_path=None if options["config_path"] is None else Path(options["config_path"]),
-            assignments=options["assignments"],
-            seed=options["seed"],
-        ),
-        valid_mask=None if options["valid_mask"] is None else Path(options["valid_mask"]),
+        settings_request(options),
+        valid_mask=path_of(options["valid_mask"]),
         jobs=options["jobs"],
         keep_steps=options["keep_intermediates"],
         with_report=not options["no_report"],
-        out=None if options["out"] is None else Path(options["out"]),
+        out=path_of(options["out"]),
         force=options["force"],
     )
     return answer_segmentation(segment_images(request, session), session)

@@ -53,9 +53,9 @@ class SheetEntry:
 def thumbnails(drawing: Drawing) -> list[Thumbnail]:
     made: Panels = panels(drawing, THUMBNAIL_PX)
     return [
-        Thumbnail("picture", _jpeg(made.original)),
+        Thumbnail("picture", jpeg_bytes(made.original)),
         Thumbnail("mask", png_bytes(made.mask)),
-        Thumbnail("regions and centroids", _jpeg(made.marked)),
+        Thumbnail("regions and centroids", jpeg_bytes(made.marked)),
     ]
 
 
@@ -107,7 +107,7 @@ def _fitted(text: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width
     return "..." + text
 
 
-def _jpeg(pixels: Pixels) -> bytes:
+def jpeg_bytes(pixels: Pixels) -> bytes:
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, format="JPEG", quality=_JPEG_QUALITY, subsampling=0)
     return buffer.getvalue()
