@@ -18,15 +18,21 @@ void fill(cv::Mat& mask, const MaskRun& run, unsigned char value) {
 }
 
 /// A row of a mask as 0 and 255 with a clear pixel at either end; all clear outside the image.
-void padded_row(const cv::Mat& mask, int row, std::vector<unsigned char>& padded) {
-  if (row < 0 || row >= mask.rows) {
-    std::fill(padded.begin(), padded.end(), static_cast<unsigned char>(0));
-    return;
+struct PaddedRow {
+  std::vector<unsigned char> pixels;
+  bool any = false;  ///< is set
+
+  explicit PaddedRow(int columns) : pixels(static_cast<std::size_t>(columns) + 2, 0) {}
+  void read(const cv::Mat& mask, int row) {
+    unsigned char all = 0;
+    const unsigned char* from = row < mask.rows ? mask.ptr<unsigned char>(row) : nullptr;
+    for (int x = 0; x < mask.cols && from != nullptr; ++x) all = static_cast<unsigned char>(all | from[x]);
+    if (all == 0 && !any) return;  // clear, as before
+    any = all != 0;
+    unsigned char* to = pixels.data() + 1;
+    for (int x = 0; x < mask.cols; ++x) to[x] = any && from[x] != 0 ? 255 : 0;
   }
-  const unsigned char* pixels = mask.ptr<unsigned char>(row);
-  unsigned char* out = padded.data() + 1;
-  for (int x = 0; x < mask.cols; ++x) out[x] = pixels[x] != 0 ? 255 : 0;
-}
+};
 
 /// as bitwise logic without branches, which compilers turn into 16 pixels at a time.
 void bridge_row(const unsigned char* above, const unsigned char* here, const unsigned char* below, unsigned char* out, int columns) {
@@ -58,14 +64,14 @@ cv::Mat remove_small_components(const cv::Mat& mask, int smallest_area_px) {
 
 cv::Mat bridge(const cv::Mat& mask) {
   check_mask(mask, "mask");
-  cv::Mat bridged(mask.size(), CV_8U);
-  std::array<std::vector<unsigned char>, 3> rows;
-  rows.fill(std::vector<unsigned char>(static_cast<std::size_t>(mask.cols) + 2, 0));
-  padded_row(mask, 0, rows[2]);
+  cv::Mat bridged = cv::Mat::zeros(mask.size(), CV_8U);
+  std::array<PaddedRow, 3> rows{PaddedRow(mask.cols), PaddedRow(mask.cols), PaddedRow(mask.cols)};
+  if (!mask.empty()) rows[2].read(mask, 0);
   for (int row = 0; row < mask.rows; ++row) {
     std::rotate(rows.begin(), rows.begin() + 1, rows.end());
-    padded_row(mask, row + 1, rows[2]);
-    bridge_row(rows[0].data(), rows[1].data(), rows[2].data(), bridged.ptr<unsigned char>(row), mask.cols);
+    rows[2].read(mask, row + 1);
+    if (!rows[0].any && !rows[1].any && !rows[2].any) continue;
+    bridge_row(rows[0].pixels.data(), rows[1].pixels.data(), rows[2].pixels.data(), bridged.ptr<unsigned char>(row), mask.cols);
   }
   return bridged;
 }

@@ -38,7 +38,7 @@ void mark_foreground(const cv::Mat& intensity, int row, const LocalSums& sums, d
     const auto i = static_cast<std::size_t>(c);
     if (sums.count[i] == 0) continue;
     const double mean = ratio(sums.sum[i], sums.count[i]);
-    marked[c] = levels[c] - mean > offset ? 255 : 0;  // (G-5)
+    marked[c] = levels[c] - mean > offset ? 255 : 0;  // (O-5)
   }
 }
 
@@ -57,7 +57,7 @@ std::optional<int> otsu_threshold(const Histogram& histogram, int lowest_level) 
     const ClassSum object = all - background;
     const double between_means = background.mean() - object.mean();
     const double variance =
-        ratio(background.pixels, all.pixels) * ratio(object.pixels, all.pixels) * between_means * between_means;  // (G-2)
+        ratio(background.pixels, all.pixels) * ratio(object.pixels, all.pixels) * between_means * between_means;  // (O-2)
     if (variance > largest_variance) {
       largest_variance = variance;
       threshold = level;
@@ -75,7 +75,7 @@ std::optional<int> iterative_threshold(const Histogram& histogram) {
   ClassSum background = sum_of_levels(histogram, lowest, threshold);
   for (;;) {  // the threshold only ever moves one way, so this ends
     const ClassSum object = all - background;
-    const auto next = static_cast<int>(std::floor((background.mean() + object.mean()) / 2));  // (G-3)
+    const auto next = static_cast<int>(std::floor((background.mean() + object.mean()) / 2));  // (O-3)
     if (next == threshold) return threshold;
     if (next > threshold) {
       const ClassSum joining = sum_of_levels(histogram, threshold + 1, next);
@@ -108,7 +108,7 @@ std::optional<int> maximum_entropy_threshold(const Histogram& histogram) {
     background_terms += entropy_term(level);
     const double w0 = ratio(background_pixels, pixels);
     const double w1 = ratio(pixels - background_pixels, pixels);
-    const double entropy = std::log(w0) + background_terms / w0 + std::log(w1) + (all_terms - background_terms) / w1;  // (G-4)
+    const double entropy = std::log(w0) + background_terms / w0 + std::log(w1) + (all_terms - background_terms) / w1;  // (O-4)
     if (entropy > largest_entropy) {
       largest_entropy = entropy;
       threshold = level;
@@ -135,7 +135,7 @@ cv::Mat local_foreground(const SonarImage& image, const LocalThresholdConfig& co
 cv::Mat foreground(const SonarImage& image, int threshold) {
   check_sonar_image(image);
   cv::Mat mask;
-  cv::compare(image.intensity, threshold, mask, cv::CMP_GT);  // (G-1)
+  cv::compare(image.intensity, threshold, mask, cv::CMP_GT);  // (O-1)
   if (!image.valid.empty()) mask.setTo(0, image.valid == 0);
   return mask;
 }

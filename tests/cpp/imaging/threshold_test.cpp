@@ -86,7 +86,7 @@ TEST(ThresholdTest, HistogramCountsValidPixelsOfBothDepths) {
   EXPECT_EQ(occupied_levels(all, 201), std::nullopt);
 }
 
-TEST(ThresholdTest, G2_OtsuOfThreeLevelsByHand) {
+TEST(ThresholdTest, O2_OtsuOfThreeLevelsByHand) {
   // Split at 10: 8/25 x 17/25 x (1896/17 - 10)^2 = 2243. Split at 12: 16/25 x 9/25 x (200 - 11)^2 = 8230, the same up to 199.
   EXPECT_EQ(otsu_threshold(histogram({three_levels(), {}})), 12);
   // From 11 on, two levels are left.
@@ -94,7 +94,7 @@ TEST(ThresholdTest, G2_OtsuOfThreeLevelsByHand) {
   EXPECT_EQ(otsu_threshold(histogram({three_levels(), {}}), 13), std::nullopt);
 }
 
-TEST(ThresholdTest, G3_IterativeByHand) {
+TEST(ThresholdTest, O3_IterativeByHand) {
   // Starts at (10 + 200) / 2 = 105; means 11 and 200, midway 105.5: stays.
   EXPECT_EQ(iterative_threshold(histogram({three_levels(), {}})), 105);
   // Starts at 50; means 10 x 0 + 1 x 40 -> 40/11 and 100: 51.8. Stays at 51.
@@ -105,14 +105,14 @@ TEST(ThresholdTest, G3_IterativeByHand) {
   EXPECT_EQ(iterative_threshold(of_levels({{0, 99}, {40, 2}, {52, 9}, {100, 1}})), 27);
 }
 
-TEST(ThresholdTest, G4_MaximumEntropyByHand) {
+TEST(ThresholdTest, O4_MaximumEntropyByHand) {
   // Split at 10: 0 + entropy(8/17, 9/17) = 0.6914. Split at 12: ln 2 + 0 = 0.6931.
   EXPECT_EQ(maximum_entropy_threshold(histogram({three_levels(), {}})), 12);
   // Four levels equally often: 1+3: ln 3 = 1.099; 2+2: 2 ln 2 = 1.386; 3+1: ln 3.
   EXPECT_EQ(maximum_entropy_threshold(of_levels({{0, 5}, {10, 5}, {20, 5}, {255, 5}})), 10);
 }
 
-TEST(ThresholdTest, G5_LocalMeanByHand) {
+TEST(ThresholdTest, O5_LocalMeanByHand) {
   cv::Mat image(5, 5, CV_8U, cv::Scalar(10));
   image.at<unsigned char>(2, 2) = 60;
   image.at<unsigned char>(0, 0) = 38;
@@ -131,14 +131,14 @@ TEST(ThresholdTest, G5_LocalMeanByHand) {
   EXPECT_THROW((void)local_foreground({image, {}}, {1, 20}), InvalidArgument);
 }
 
-TEST(ThresholdTest, G5_LocalMeanOfAWindowLargerThanTheImageIsThatOfTheImage) {
+TEST(ThresholdTest, O5_LocalMeanOfAWindowLargerThanTheImageIsThatOfTheImage) {
   Rng rng(3);
   const cv::Mat image = random_image(rng, 7, 9, CV_16U);
   const double mean = cv::mean(image)[0];
   EXPECT_EQ(cv::countNonZero(local_foreground({image, {}}, {99, 100}) != (image > mean + 100)), 0);
 }
 
-TEST(ThresholdTest, G5_LocalMeanAwayFromTheBordersIsThatOfASum) {
+TEST(ThresholdTest, O5_LocalMeanAwayFromTheBordersIsThatOfASum) {
   Rng rng(4);
   const cv::Mat image = random_image(rng, 60, 80, CV_8U);
   const cv::Mat mask = local_foreground({image, {}}, {11, 20});
@@ -152,7 +152,7 @@ TEST(ThresholdTest, G5_LocalMeanAwayFromTheBordersIsThatOfASum) {
   }
 }
 
-TEST(ThresholdTest, G2_OtsuIsThatOfOpenCv) {
+TEST(ThresholdTest, O2_OtsuIsThatOfOpenCv) {
   Rng rng(11);
   for (int round = 0; round < 1000; ++round) {
     const Histogram histogram = random_histogram(rng, 256, 0, 255, 1.0);
@@ -162,7 +162,7 @@ TEST(ThresholdTest, G2_OtsuIsThatOfOpenCv) {
   }
 }
 
-TEST(ThresholdTest, G2_OtsuOfFewLevelsSplitsAsOpenCvDoes) {
+TEST(ThresholdTest, O2_OtsuOfFewLevelsSplitsAsOpenCvDoes) {
   // Between two occupied levels all thresholds are equally good, and rounding decides which of them OpenCV takes: the split is compared.
   Rng rng(12);
   for (int round = 0; round < 1000; ++round) {
@@ -180,7 +180,7 @@ TEST(ThresholdTest, G2_OtsuOfFewLevelsSplitsAsOpenCvDoes) {
   }
 }
 
-TEST(ThresholdTest, G2_OtsuOfSixteenBitsIsThatOfOpenCv) {
+TEST(ThresholdTest, O2_OtsuOfSixteenBitsIsThatOfOpenCv) {
   Rng rng(13);
   for (int round = 0; round < 30; ++round) {
     const Histogram histogram = random_histogram(rng, 65536, 3000, 9000, 1.0);
@@ -190,7 +190,7 @@ TEST(ThresholdTest, G2_OtsuOfSixteenBitsIsThatOfOpenCv) {
   }
 }
 
-TEST(ThresholdTest, G3_IterativeIsAFixedPoint) {
+TEST(ThresholdTest, O3_IterativeIsAFixedPoint) {
   Rng rng(14);
   for (int round = 0; round < 500; ++round) {
     const Histogram histogram = random_histogram(rng, 256, 0, 255, 0.3);
@@ -217,7 +217,7 @@ double entropy(const Histogram& histogram, int first, int last) {
   return sum;
 }
 
-TEST(ThresholdTest, G4_MaximumEntropyIsThatOfAllThresholds) {
+TEST(ThresholdTest, O4_MaximumEntropyIsThatOfAllThresholds) {
   Rng rng(15);
   for (int round = 0; round < 200; ++round) {
     const Histogram histogram = random_histogram(rng, 256, 5, 240, round % 2 == 0 ? 1.0 : 0.2);
