@@ -44,13 +44,13 @@ py::array_t<Value> column(const Things& things, const Get& get) {
   return values;
 }
 
-/// `width` values of each of many things as the rows of an array.
-template <class Value, std::size_t width, class Things, class Get>
+/// `Width` values of each of many things as the rows of an array.
+template <class Value, std::size_t Width, class Things, class Get>
 py::array_t<Value> rows(const Things& things, const Get& get) {
-  py::array_t<Value> values({things.size(), width});
+  py::array_t<Value> values({things.size(), Width});
   Value* next = values.mutable_data();
   for (const auto& thing : things) {
-    const std::array<Value, width> row = get(thing);
+    const std::array<Value, Width> row = get(thing);
     next = std::copy(row.begin(), row.end(), next);
   }
   return values;

@@ -105,6 +105,18 @@ TEST(HighlightShadowTest, R12_HighlightsAndShadowsAloneAreNoObjects) {
   EXPECT_TRUE(highlight_shadow({beside, {}}, 0, plain()).objects.empty());
 }
 
+TEST(HighlightShadowTest, R12_ALightInTheMiddleOfTheDarkCastsNoShadow) {
+  cv::Mat image(100, 200, CV_8U, cv::Scalar(90));
+  image(cv::Rect(70, 30, 50, 40)) = 5;
+  image(cv::Rect(90, 40, 3, 20)) = 230;  // the magnified dark closes over 3 columns
+  HighlightShadowConfig config = plain();
+  config.shadow_quantile = 0.15;  // the dark is 9.7 %
+  const HighlightShadows found = highlight_shadow({image, {}}, 0, config);
+  EXPECT_GT(cv::countNonZero(found.highlights), 0);
+  EXPECT_GT(cv::countNonZero(found.shadows), 0);
+  EXPECT_TRUE(found.objects.empty());
+}
+
 TEST(HighlightShadowTest, R13_TheLongestRowCounts) {
   cv::Mat image = scene();
   image(cv::Rect(120, 48, 5, 1)) = 5;
