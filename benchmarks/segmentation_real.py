@@ -39,8 +39,14 @@ CHOOSING, SCORING, ALL = "choosing", "scoring", "all"
 RAW: Chain = {"improved_otsu.spot_px": 15}
 #: Chosen with --choose: the best hit rate with a recall of at least 0.78 on the first half.
 FILTERED: Chain = {
-    **{"filter.kind": "gaussian", "filter.sigma_px": 2.5, "gain.kind": "local_mean", "gain.window_px": 51, "gain.target_level": 40.0},
-    **{"improved_otsu.spot_px": 15, "smallest_area_px": 15, "dilations": 3},
+    "filter.kind": "gaussian",
+    "filter.sigma_px": 2.5,
+    "gain.kind": "local_mean",
+    "gain.window_px": 51,
+    "gain.target_level": 40.0,
+    "improved_otsu.spot_px": 15,
+    "smallest_area_px": 15,
+    "dilations": 3,
 }
 #: The paper's settings for forward-looking pictures but for the gate, and with gain normalisation.
 FLS_RAW: Chain = {"improved_otsu.spot_px": 40}
@@ -250,7 +256,7 @@ def table(title: str, rows: Sequence[tuple[str, Score]]) -> None:
         numbers = [
             *(shown(entry.hit_rate, 3) + band, shown(entry.recall, 3), shown(entry.mask_iou), shown(entry.found)),
             *(shown(entry.false_regions, 1), shown(100 * entry.false_area, 1), shown(entry.centroid_error_px, 1)),
-            *(shown(entry.second_pass), shown(entry.hit_and_quiet, 3)),
+            *(shown(entry.second_pass), shown(None if entry.hit_rate is None else entry.hit_and_quiet, 3)),
         ]
         print(f"| {name} | " + " | ".join(numbers) + " |")
 
