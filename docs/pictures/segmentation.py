@@ -82,7 +82,9 @@ def reduced(png: bytes) -> bytes:
     """To 200 colours, rare ones too: a third of the size."""
     with Image.open(io.BytesIO(png)) as picture:
         buffer = io.BytesIO()
-        picture.convert("RGB").quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(buffer, format="PNG", optimize=True)
+        picture.convert("RGB").quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+            buffer, format="PNG", optimize=True
+        )
     return buffer.getvalue()
 
 

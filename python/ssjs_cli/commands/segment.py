@@ -13,13 +13,9 @@ from ssjs_cli.session import Session
 @click.argument("images", nargs=-1, required=True)
 @click.option("--method", default=None, metavar="improved-otsu|otsu|local|iterative|max-entropy", help="Threshold method.")
 @settings_options
+@click.option("--pixel-size-m", "pixel_size", default=None, metavar="ALONG,ACROSS", help="Size of a pixel on the seabed, for metres.")
 @click.option(
-    "--mask",
-    "valid_mask",
-    type=click.Path(),
-    default=None,
-    metavar="FILE|DIR",
-    help="Where pixels are measurements: one for all, or by name.",
+    "--nadir", default=None, metavar="left|middle|right|COLUMN", help="Where the sonar passed; across-track distances start there."
 )
 @click.option("--objects", default=None, metavar="regions|shadows", help="Objects are near regions, or highlights with shadows.")
 @click.option("--altitude-m", type=float, default=None, help="Of the sonar above the seabed, for heights from shadows.")
