@@ -22,6 +22,9 @@ struct GaussianPoint2 {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
+/// J2 P J2' of a rotation: the covariance of b_T_c seen from a. (S-3)
+[[nodiscard]] Eigen::Matrix3d turned(const Eigen::Matrix2d& a_R_b, const Eigen::Matrix3d& P);
+
 /// a_T_b * b_T_c for INDEPENDENT factors: J1 P1 J1' + J2 P2 J2', (S-9).
 [[nodiscard]] GaussianSe2 compose_independent(const GaussianSe2& a_T_b, const GaussianSe2& b_T_c);
 
