@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 #include "ssjs/base/error.hpp"
 
@@ -32,6 +33,12 @@ GaussianSe2 compose_independent(const GaussianSe2& a_T_b, const GaussianSe2& b_T
   P.leftCols<2>() += P.col(2) * lever.transpose();
   P += turned(R, b_T_c.covariance);
   return a_T_c;
+}
+
+double largest_sigma(const Eigen::Matrix2d& covariance) {
+  const double middle = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double eigenvalue = middle + std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(1, 0));
+  return std::sqrt(std::max(0.0, eigenvalue));
 }
 
 Eigen::MatrixXd cholesky_lower(const Eigen::Ref<const Eigen::MatrixXd>& S, const char* matrix, const char* detail) {

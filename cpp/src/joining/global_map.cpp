@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -24,8 +25,29 @@ constexpr std::size_t kMaxDenseBases = 2000;  // 288 MB
 
 Eigen::Index whole_tiles(Eigen::Index n) { return (n + 3) / 4 * 4; }  // of SymmetricDowndate
 
+/// The 3 x 3 blocks of these rows and columns, out of the lower triangle.
+template <class Rows, class Matrix>
+void copy_blocks(const Eigen::MatrixXd& lower, const Rows& rows, Matrix& joint) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto at_i = static_cast<Eigen::Index>(3 * i);
+    joint.template block<3, 3>(at_i, at_i) = lower.block<3, 3>(rows[i], rows[i]).template selfadjointView<Eigen::Lower>();
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto at_j = static_cast<Eigen::Index>(3 * j);
+      Eigen::Matrix3d cross;
+      if (rows[i] > rows[j]) {
+        cross = lower.block<3, 3>(rows[i], rows[j]);
+      } else {
+        cross = lower.block<3, 3>(rows[j], rows[i]).transpose();
+      }
+      joint.template block<3, 3>(at_i, at_j) = cross;
+      joint.template block<3, 3>(at_j, at_i) = cross.transpose();
+    }
+  }
+}
+
 /// P <- M P M' with M(X_i) of (S-8) for each block of three; a negative sign undoes it.
-void leave_invariant_frame(Eigen::MatrixXd& P, const std::vector<Se2>& X, double sign = 1.0) {
+template <class Matrix, class Poses>
+void leave_invariant_frame(Matrix& P, const Poses& X, double sign = 1.0) {
   for (std::size_t i = 0; i < X.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(3 * i);
     P.row(at) -= sign * X[i].y * P.row(at + 2);
@@ -70,8 +92,8 @@ void GlobalMap::attach(const LiveMap& map) {
     if (P_.rows() < whole_tiles(n + 3)) P_.conservativeResize(whole_tiles(2 * (n + 3)), whole_tiles(2 * (n + 3)));
     const Eigen::Index at = 3 * position(live_, map.base);
     const Eigen::MatrixXd columns = dense_columns({at});
-    Eigen::MatrixXd own = turned(global_T_base.rotation(), base_T_next.covariance);
-    leave_invariant_frame(own, {pose(next)}, -1.0);
+    Eigen::Matrix3d own = turned(global_T_base.rotation(), base_T_next.covariance);
+    leave_invariant_frame(own, std::array{pose(next)}, -1.0);
     P_.block(n, 0, 3, n) = columns.transpose();  // an invariant error passes on unchanged: M(X_next)^-1 J1 M(X_base) = I
     P_.block<3, 3>(n, n) = columns.middleRows<3>(at) + own;
   }
@@ -239,13 +261,21 @@ void GlobalMap::refresh() const {
 }
 
 Matrix6d GlobalMap::covariance_bound(int base, int newest) const {
-  if (!sparse_) return covariance({base, newest});
+  if (!sparse_) return covariance(base, newest);
   refresh();
   auto marginal = known_marginal_.find(base);
   if (marginal == known_marginal_.end()) marginal = known_marginal_.emplace(base, sparse_cross_covariance(base, base)).first;
   const Eigen::Matrix3d cross = sparse_cross_covariance(base, newest);
   Matrix6d joint;
   joint << marginal->second, cross, cross.transpose(), sparse_cross_covariance(newest, newest);
+  return joint;
+}
+
+Matrix6d GlobalMap::covariance(int base, int other) const {
+  if (sparse_) return covariance(std::vector<int>{base, other});
+  Matrix6d joint;
+  copy_blocks(P_, std::array{3 * position(live_, base), 3 * position(live_, other)}, joint);
+  leave_invariant_frame(joint, std::array{pose(base), pose(other)});
   return joint;
 }
 
@@ -270,20 +300,7 @@ Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
     X.push_back(pose(base));
   }
   Eigen::MatrixXd joint(3 * bases.size(), 3 * bases.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto at_i = static_cast<Eigen::Index>(3 * i);
-    joint.block<3, 3>(at_i, at_i) = P_.block<3, 3>(rows[i], rows[i]).selfadjointView<Eigen::Lower>();
-    for (std::size_t j = 0; j < i; ++j) {
-      const auto at_j = static_cast<Eigen::Index>(3 * j);
-      auto cross = joint.block<3, 3>(at_i, at_j);
-      if (rows[i] > rows[j]) {
-        cross = P_.block<3, 3>(rows[i], rows[j]);
-      } else {
-        cross = P_.block<3, 3>(rows[j], rows[i]).transpose();
-      }
-      joint.block<3, 3>(at_j, at_i) = cross.transpose();
-    }
-  }
+  copy_blocks(P_, rows, joint);
   leave_invariant_frame(joint, X);
   return joint;
 }

@@ -46,6 +46,7 @@ class GlobalMap {
 
   [[nodiscard]] const Se2& pose(int base) const { return poses_[static_cast<std::size_t>(base)]; }
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& bases) const;
+  [[nodiscard]] Matrix6d covariance(int base, int other) const;  ///< of two
   /// Joint covariance of (base, newest), never smaller than the truth of covariance({base, newest}) but for relinearisation: where that
   /// costs a solve, the marginal of `base` is the last one known, and information only grows. For dismissing far maps cheaply.
   [[nodiscard]] Matrix6d covariance_bound(int base, int newest) const;
