@@ -71,11 +71,7 @@ GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
       P_(Eigen::MatrixXd::Zero(4, 4)) {}
 
 void GlobalMap::set_factor(const LiveMap& map) {
-  const Eigen::Index s = map.port_size();
-  const std::string name = "map at base " + std::to_string(map.base);
-  const Eigen::MatrixXd L = cholesky_lower(map.covariance.topLeftCorner(s, s), "port covariance", name.c_str());
-  const Eigen::MatrixXd Li = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(s, s));
-  factors_[map.base] = {map.base, {map.poses.begin(), map.poses.begin() + map.ports}, map.mean.head(s), Li.transpose() * Li};
+  factors_[map.base] = {map.base, {map.poses.begin(), map.poses.begin() + map.ports}, map.mean.head(map.port_size()), map.port_information};
 }
 
 void GlobalMap::attach(const LiveMap& map) {
