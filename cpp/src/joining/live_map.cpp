@@ -17,6 +17,7 @@ void reorder_poses(LiveMap& map, const std::vector<Eigen::Index>& order) {
   const std::vector<int> ids = map.poses;
   const Eigen::VectorXd mean = map.mean.head(p);
   const Eigen::MatrixXd columns = P.leftCols(p);
+  const Eigen::MatrixXd rows = P.topRightCorner(p, n - p);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto to = static_cast<Eigen::Index>(3 * i);
     map.poses[i] = ids[static_cast<std::size_t>(order[i])];
@@ -25,8 +26,8 @@ void reorder_poses(LiveMap& map, const std::vector<Eigen::Index>& order) {
       P.block<3, 3>(static_cast<Eigen::Index>(3 * j), to) = columns.block<3, 3>(3 * order[j], 3 * order[i]);
     }
     P.block(p, to, n - p, 3) = columns.block(p, 3 * order[i], n - p, 3);
+    P.block(to, p, 3, n - p) = rows.middleRows(3 * order[i], 3);
   }
-  P.topRightCorner(p, n - p) = P.bottomLeftCorner(n - p, p).transpose();
 }
 
 void set_conditional_form(LiveMap& map) {
