@@ -63,13 +63,14 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
     if (progress && i % report_every == 0 && !progress(static_cast<double>(i) / static_cast<double>(n))) throw Cancelled();
     const auto step_begin = Clock::now();
     const StepReport step = pipeline.feed(events[static_cast<std::size_t>(i)]);
-    result.step_time_us(i) = std::chrono::duration<double, std::micro>(Clock::now() - step_begin).count();
+    const double step_s = std::chrono::duration<double>(Clock::now() - step_begin).count();
+    result.step_time_us(i) = 1e6 * step_s;
     if (smoothing) smoothing->feed(events[static_cast<std::size_t>(i)], step.scan);
     result.time_s(i) = step.time_s;
     put(result.online_pose, result.online_covariance, i, step.global_T_vehicle);
     result.dead_reckoning.row(i) = pipeline.dead_reckoning().vector();
     result.submap.push_back(step.submap);
-    result.time_local_s += step.local_time_s;
+    result.time_local_s += step_s - step.global_time_s - step.association_time_s;
     result.time_global_s += step.global_time_s;
     result.time_association_s += step.association_time_s;
     if (step.scan) {
