@@ -25,7 +25,7 @@ void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const Gauss
 template <class Pairing>
 void count(MissionResult& result, const Pairing& pairing, double chi_squared) {
   result.map_wrong_pairs += pairing.wrong_pairs.value_or(0);
-  result.map_identities_known = result.map_identities_known || pairing.wrong_pairs.has_value();
+  result.map_identities_known = result.map_identities_known || (pairing.pairs > 0 && pairing.wrong_pairs.has_value());
   result.fusion_chi_squared += chi_squared;
   result.fusion_dof += pairing.dof;
 }
