@@ -41,7 +41,7 @@ constexpr Field kFields[] = {{25, 10}, {25, 20}, {50, 20}, {50, 40}, {100, 50}, 
 constexpr double kSpacing_m = 5.0;
 constexpr double kSlowestStepS = 1.0;        // p99 in the last tenth of the mission
 constexpr rlim_t kMemoryBytes = 8000000000;  // address space of a point's process
-constexpr unsigned kWallTimesLimit = 5;      // wall time after which a point's process is ended, in limits
+constexpr unsigned kWallTimesLimit = 20;     // wall time after which a point's process is ended, in limits
 
 /// What a point's process tells. Plain bytes: it goes through a pipe.
 struct Point {
