@@ -1,6 +1,5 @@
 #include "ssjs/joining/duplicate_landmarks.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -14,10 +13,6 @@ namespace ssjs {
 namespace {
 
 constexpr double kConstraintVariance = 1e-12;  // m^2: exact constraints, kept invertible
-
-double largest_sigma(const Eigen::Matrix2d& covariance) {
-  return std::sqrt(std::max(0.0, covariance.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()));
-}
 
 /// Covariance of the displacement between two landmarks of the map.
 Eigen::Matrix2d displacement_covariance(const LiveMap& map, Eigen::Index i, Eigen::Index j) {

@@ -98,7 +98,9 @@ void TrajectoryJournal::step(double time_s, Ekf& filter) {
 
 std::vector<SubmapStep> TrajectoryJournal::take_unconditioned_steps() {
   expected_steps_ = steps_.size();
-  return std::move(steps_);
+  std::vector<SubmapStep> taken = std::move(steps_);
+  clear();
+  return taken;
 }
 
 std::vector<SubmapStep> TrajectoryJournal::take_steps(const GaussianSe2& base_T_exit) {

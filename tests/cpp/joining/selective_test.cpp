@@ -312,6 +312,13 @@ std::vector<LoopAttempt> last_attempts(const std::vector<Submap>& submaps, const
   return report.loops;
 }
 
+/// Neighbours on the ring share less than this, so that the last of eleven submaps meets the first and no other.
+SelectiveJoinerConfig only_the_ends_meet() {
+  SelectiveJoinerConfig config;
+  config.fusion_threshold = 0.4;
+  return config;
+}
+
 TEST(SelectiveJoiner, SaysWhyMapsWereNotFused) {
   Rng rng(479);
   const Laps laps(11);  // submap 10 comes back to submap 0
@@ -323,15 +330,15 @@ TEST(SelectiveJoiner, SaysWhyMapsWereNotFused) {
     return std::string("not compared");
   };
   const std::vector<Submap> good = laps.draw(0.01, rng);
-  EXPECT_EQ(reason_of(last_attempts(good, {}, jcbb), 0), "accepted");
-  EXPECT_EQ(reason_of(last_attempts(good, {}, jcbb), 5), "not compared");  // the other side of the ring
-  EXPECT_EQ(reason_of(last_attempts(good, {}, jcbb), 9), "not compared");  // its neighbour
+  EXPECT_EQ(reason_of(last_attempts(good, only_the_ends_meet(), jcbb), 0), "accepted");
+  EXPECT_EQ(reason_of(last_attempts(good, only_the_ends_meet(), jcbb), 5), "not compared");  // the other side of the ring
+  EXPECT_EQ(reason_of(last_attempts(good, only_the_ends_meet(), jcbb), 9), "not compared");  // its neighbour
 
-  SelectiveJoinerConfig config;
+  SelectiveJoinerConfig config = only_the_ends_meet();
   config.max_fused_landmarks = static_cast<int>(laps.seen[0].size()) - 1;
   EXPECT_EQ(reason_of(last_attempts(good, config, jcbb), 0), "the fused map would be too large");
 
-  config = {};
+  config = only_the_ends_meet();
   config.min_pairs = static_cast<int>(laps.seen[0].size()) + 1;
   EXPECT_TRUE(last_attempts(good, config, jcbb).empty());  // cannot share so many, whatever is there
 
@@ -340,18 +347,18 @@ TEST(SelectiveJoiner, SaysWhyMapsWereNotFused) {
     poor.back().state.mean.segment<2>(3 + static_cast<Eigen::Index>(2 * i)) += Eigen::Vector2d(0.7 - 0.2 * static_cast<double>(i), 0.9);
     poor.back().landmarks[i].source_id = 1000 + static_cast<std::int64_t>(i);
   }
-  EXPECT_EQ(reason_of(last_attempts(poor, {}, jcbb), 0), "too few landmarks in common");
-  EXPECT_EQ(reason_of(last_attempts(poor, {}, AssociationMethod::kKnown), 0), "too few landmarks in common");
+  EXPECT_EQ(reason_of(last_attempts(poor, only_the_ends_meet(), jcbb), 0), "too few landmarks in common");
+  EXPECT_EQ(reason_of(last_attempts(poor, only_the_ends_meet(), AssociationMethod::kKnown), 0), "too few landmarks in common");
 
   // Ten links of 0.2 m and 0.02 rad leave about a metre open; the gate asks for less, then for much less.
   const std::vector<Submap> unsure = laps.draw(0.2, rng);
-  const std::vector<LoopAttempt> open = last_attempts(unsure, {}, AssociationMethod::kKnown);
+  const std::vector<LoopAttempt> open = last_attempts(unsure, only_the_ends_meet(), AssociationMethod::kKnown);
   ASSERT_EQ(reason_of(open, 0), "accepted");
   double sigma_m = 0.0;
   for (const LoopAttempt& loop : open) {
     if (loop.to == 0) sigma_m = loop.sigma_m;
   }
-  config = {};
+  config = only_the_ends_meet();
   config.max_pairing_sigma_m = 0.9 * sigma_m;
   EXPECT_EQ(reason_of(last_attempts(unsure, config, AssociationMethod::kKnown), 0), "accepted");  // identities cannot be ambiguous
   EXPECT_EQ(reason_of(last_attempts(unsure, config, jcbb), 0), "ambiguous: the paired landmarks' relative position is too unsure");
@@ -366,7 +373,8 @@ TEST(SelectiveJoiner, SaysWhyMapsWereNotFused) {
     submap->state = precise.state;
   }
   for (Eigen::Index i = 3; i < bent.back().state.mean.size(); i += 4) bent.back().state.mean(i) += 0.1;
-  EXPECT_EQ(reason_of(last_attempts(bent, {}, AssociationMethod::kNearestNeighbour), 0), "the maps do not fit on each other (chi-squared)");
+  EXPECT_EQ(reason_of(last_attempts(bent, only_the_ends_meet(), AssociationMethod::kNearestNeighbour), 0),
+            "the maps do not fit on each other (chi-squared)");
 }
 
 TEST(SelectiveJoiner, TooFewLandmarksNearEachOtherAreNotSearched) {
@@ -387,14 +395,14 @@ TEST(SelectiveJoiner, WrongIdentitiesAreCounted) {
   const Laps laps(11);
   std::vector<Submap> submaps = laps.draw(0.01, rng);
   std::swap(submaps.back().landmarks[0].source_id, submaps.back().landmarks[1].source_id);
-  const std::vector<LoopAttempt> loops = last_attempts(submaps, {}, AssociationMethod::kJointCompatibility);
+  const std::vector<LoopAttempt> loops = last_attempts(submaps, only_the_ends_meet(), AssociationMethod::kJointCompatibility);
   int wrong = 0;
   for (const LoopAttempt& loop : loops) {
     if (loop.to == 0) wrong = loop.wrong_pairs.value_or(-1);
   }
   EXPECT_EQ(wrong, 2);
   submaps.back().landmarks[0].source_id.reset();  // not all are known: nothing can be said
-  for (const LoopAttempt& loop : last_attempts(submaps, {}, AssociationMethod::kJointCompatibility)) {
+  for (const LoopAttempt& loop : last_attempts(submaps, only_the_ends_meet(), AssociationMethod::kJointCompatibility)) {
     EXPECT_TRUE(loop.to != 0 || !loop.wrong_pairs);
   }
 }

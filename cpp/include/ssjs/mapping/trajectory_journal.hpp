@@ -29,7 +29,7 @@ class TrajectoryJournal final : public FilterWatcher {
   /// The present pose becomes a step of the trajectory.
   void step(double time_s, Ekf& filter);
 
-  /// Hands the steps over, with their gain on the exit pose (C-4). unconditioned: without a gain, as filtered. clear() comes next.
+  /// Hands the steps over, with their gain on the exit pose (C-4). unconditioned: without a gain, as filtered. The journal is empty then.
   [[nodiscard]] std::vector<SubmapStep> take_steps(const GaussianSe2& base_T_exit);
   [[nodiscard]] std::vector<SubmapStep> take_unconditioned_steps();
 
