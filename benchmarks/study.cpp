@@ -13,9 +13,7 @@ using ssjs::benchmarks::StudyOptions;
 
 constexpr const char* kUsage =
     "usage: ssjs_study STUDY [--rounds N] [--seeds N] [--laps N] [--columns N] [--rows N] [--association known|jcbb] [--limit-s N] "
-    "[--method NAME] [--seed "
-    "N] "
-    "[--csv FILE]\n"
+    "[--method NAME] [--seed N] [--csv FILE]\n"
     "  grid-survey  bare EKF loop, ekf, ssjs on scenario S     --rounds --seeds --seed\n"
     "  methods      every joining method on scenario S         --seeds --association --seed\n"
     "  growth       every method over the number of landmarks  --limit-s --method --seed\n"
