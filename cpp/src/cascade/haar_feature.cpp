@@ -143,18 +143,19 @@ std::optional<HaarFeature> mirrored(const HaarFeature& feature, cv::Size window)
   return mirror;
 }
 
-std::optional<float> normalisation(std::int32_t sum, std::uint32_t squares, int area) {
+std::optional<float> reciprocal_deviation(double variance, double area) {
   constexpr double kFlattest = 0.1;  // reciprocal of the standard deviation, 1 / grey levels
-  const double variance = static_cast<double>(area) * squares - static_cast<double>(sum) * sum;
   if (variance <= 0) return std::nullopt;
   const auto norm = static_cast<float>(1.0 / std::sqrt(variance));
-  if (!(static_cast<double>(area) * static_cast<double>(norm) < kFlattest)) return std::nullopt;
+  if (!(area * static_cast<double>(norm) < kFlattest)) return std::nullopt;
   return norm;
 }
 
 std::optional<float> normalisation(const IntegralImage& image, cv::Point top_left, cv::Size window) {
   const cv::Rect inner(top_left.x + 1, top_left.y + 1, window.width - 2, window.height - 2);
-  return normalisation(static_cast<std::int32_t>(image.sum_in(inner)), image.squares_in(inner), inner.area());
+  const auto sum = static_cast<double>(image.sum_in(inner));
+  const double area = inner.area();
+  return reciprocal_deviation(area * image.squares_in(inner) - sum * sum, area);
 }
 
 float feature_value(const HaarFeature& feature, const IntegralImage& image, cv::Point top_left, float norm) {

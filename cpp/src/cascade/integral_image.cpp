@@ -1,5 +1,6 @@
 #include "ssjs/cascade/integral_image.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -14,12 +15,14 @@ using Row = std::vector<std::uint32_t>;
 void add_row(const unsigned char* pixels, int width, Row& sum, Row& squares) {
   std::uint32_t row_sum = 0;
   std::uint32_t row_squares = 0;
-  for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
+  std::uint32_t* sums = sum.data() + 1;  // apart from each other and from the pixels, which the compiler cannot know
+  std::uint32_t* square_sums = squares.data() + 1;
+  for (int x = 0; x < width; ++x) {
     const std::uint32_t value = pixels[x];
     row_sum += value;
     row_squares += value * value;
-    sum[x + 1] += row_sum;
-    squares[x + 1] += row_squares;
+    sums[x] += row_sum;
+    square_sums[x] += row_squares;
   }
 }
 
@@ -34,31 +37,53 @@ void next_diagonal_row(const unsigned char* pixels, const unsigned char* pixels_
   row[width] = above[width - 1] + column(width);  // and beyond the right one
 }
 
+/// Row element x goes to plane x % step.
+void deal_out(const Row& row, int step, std::uint32_t* out, std::ptrdiff_t plane_length) {
+  if (step == 1) {
+    std::copy(row.begin(), row.end(), out);
+    return;
+  }
+  if (step == 2) {
+    std::uint32_t* even = out;
+    std::uint32_t* odd = out + plane_length;
+    const std::uint32_t* from = row.data();
+    const std::size_t pairs = row.size() / 2;
+    for (std::size_t i = 0; i < pairs; ++i) even[i] = from[2 * i];
+    for (std::size_t i = 0; i < pairs; ++i) odd[i] = from[2 * i + 1];
+    if (row.size() % 2 != 0) even[pairs] = from[2 * pairs];
+    return;
+  }
+  for (std::size_t x = 0; x < row.size(); ++x)
+    out[static_cast<std::ptrdiff_t>(x) % step * plane_length + static_cast<std::ptrdiff_t>(x) / step] = row[x];
+}
+
 }  // namespace
 
-IntegralImage::IntegralImage(const cv::Mat& image, Diagonal diagonal, int column_step) : size_(image.size()), column_step_(column_step) {
+IntegralImage::IntegralImage(const cv::Mat& image, Diagonal diagonal, int column_step) { assign(image, diagonal, column_step); }
+
+void IntegralImage::assign(const cv::Mat& image, Diagonal diagonal, int column_step) {
   if (image.empty() || image.type() != CV_8UC1)
     throw InvalidArgument("image", cv::typeToString(image.type()), "must be one 8-bit channel, not empty");
   if (column_step < 1) throw InvalidArgument("column_step", column_step, "must be at least 1");
+  size_ = image.size();
+  column_step_ = column_step;
   plane_length_ = (size_.width + 1 + column_step - 1) / column_step;
   row_length_ = plane_length_ * column_step;
   const std::size_t count = static_cast<std::size_t>(row_length_) * static_cast<std::size_t>(size_.height + 1);
-  sum_.resize(count);
-  squares_.resize(count);
-  if (diagonal == Diagonal::kWith) diagonal_.resize(count);
+  for (auto* sums : {&sum_, &squares_, &diagonal_}) sums->resize(sums != &diagonal_ || diagonal == Diagonal::kWith ? count : 0);
 
   const std::size_t columns = static_cast<std::size_t>(size_.width) + 1;
   const auto store = [&](const Row& row, int y, std::vector<std::uint32_t>& sums) {
-    for (int phase = 0; phase < column_step_; ++phase) {
-      std::uint32_t* plane = sums.data() + offset(phase, y);
-      for (std::size_t x = static_cast<std::size_t>(phase); x < columns; x += static_cast<std::size_t>(column_step_)) *plane++ = row[x];
-    }
+    deal_out(row, column_step_, sums.data() + offset(0, y), plane_length_);
   };
   Row sum(columns);
   Row squares(columns);
   Row row(columns);
   Row above(columns);
   Row two_above(columns);
+  store(sum, 0, sum_);
+  store(squares, 0, squares_);
+  if (diagonal == Diagonal::kWith) store(row, 0, diagonal_);
   for (int y = 1; y <= size_.height; ++y) {
     const unsigned char* pixels = image.ptr(y - 1);
     add_row(pixels, size_.width, sum, squares);

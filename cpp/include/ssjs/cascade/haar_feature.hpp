@@ -51,8 +51,8 @@ void check_feature(const HaarFeature& feature, cv::Size window);
 /// flat to say anything. `top_left` is the window's corner in the image.
 [[nodiscard]] std::optional<float> normalisation(const IntegralImage& image, cv::Point top_left, cv::Size window);
 
-/// (C-4) from the sums themselves.
-[[nodiscard]] std::optional<float> normalisation(std::int32_t sum, std::uint32_t squares, int area);
+/// (C-4) from area x sum of squares - square of sum.
+[[nodiscard]] std::optional<float> reciprocal_deviation(double variance, double area);
 
 /// (C-3): the feature's value in the window at `top_left`, times `norm`.
 [[nodiscard]] float feature_value(const HaarFeature& feature, const IntegralImage& image, cv::Point top_left, float norm);

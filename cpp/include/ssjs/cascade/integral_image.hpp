@@ -18,7 +18,11 @@ class IntegralImage {
   enum class Diagonal { kWithout, kWith };
 
   /// `image`: CV_8UC1, not empty. With `Diagonal::kWith` the sums over triangles are formed, too.
+  IntegralImage() = default;
   explicit IntegralImage(const cv::Mat& image, Diagonal diagonal = Diagonal::kWithout, int column_step = 1);
+
+  /// The sums of another picture, in the memory that is there.
+  void assign(const cv::Mat& image, Diagonal diagonal, int column_step);
 
   [[nodiscard]] cv::Size size() const { return size_; }  ///< of the image; the sums have one row and one column more
   [[nodiscard]] int column_step() const { return column_step_; }
@@ -44,9 +48,9 @@ class IntegralImage {
   [[nodiscard]] std::uint32_t difference(const std::vector<std::uint32_t>& sums, const cv::Rect& rect) const;
 
   cv::Size size_;
-  int column_step_;
-  std::ptrdiff_t plane_length_;
-  std::ptrdiff_t row_length_;
+  int column_step_ = 1;
+  std::ptrdiff_t plane_length_ = 0;
+  std::ptrdiff_t row_length_ = 0;
   std::vector<std::uint32_t> sum_;
   std::vector<std::uint32_t> squares_;
   std::vector<std::uint32_t> diagonal_;

@@ -11,4 +11,7 @@ namespace ssjs {
 /// The first exception, by block number, is thrown after all threads have stopped.
 void parallel_blocks(std::size_t blocks, int threads, const std::function<void(std::size_t)>& work);
 
+/// The same, telling each call which of the threads, [0, threads), makes it: for memory that a thread uses again and again.
+void parallel_blocks(std::size_t blocks, int threads, const std::function<void(std::size_t block, std::size_t thread)>& work);
+
 }  // namespace ssjs
