@@ -34,4 +34,5 @@ PYBIND11_MODULE(_core, module) {
   add_simulation(module);
   add_features(module);
   add_imaging(module);
+  add_segmentation(module);
 }

@@ -28,6 +28,7 @@ COMMANDS = {
     "import": ("ssjs_cli.commands.import_", "import_", "Make a mission directory from logs of other systems."),
     "evaluate": ("ssjs_cli.commands.evaluate", "evaluate", "Errors of a finished run against a reference."),
     "report": ("ssjs_cli.commands.report", "report", "(Re)build the HTML report of a finished run."),
+    "segment": ("ssjs_cli.commands.segment", "segment", "Sonar images to masks, regions and centroids."),
     "config": ("ssjs_cli.commands.config", "config", "The settings: defaults, JSON schema, a file checked."),
 }
 

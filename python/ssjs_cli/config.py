@@ -5,7 +5,7 @@ setting that is off is written "none".
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -48,26 +48,45 @@ class FieldDescription:
         return self.type.startswith("optional_")
 
 
+@dataclass(frozen=True)
+class SettingsKind:
+    """Settings that are resolved together: who describes them, and who names the violated rules of their values."""
+
+    name: str
+    example: str
+    describe: Callable[[], Iterable[FieldDescription]]
+    violations: Callable[[Mapping[str, Scalar]], list[str]]
+
+
+def described_by_core(entries: Iterable[Mapping[str, Any]]) -> Iterator[FieldDescription]:
+    for entry in entries:
+        choices = tuple(entry["choices"] or ())
+        yield FieldDescription(entry["key"], entry["type"], entry["default"], choices, entry["rule"] or "", entry["description"])
+
+
+ESTIMATOR = SettingsKind(
+    "Settings",
+    "submap.max_landmarks=20",
+    lambda: described_by_core(_core.config_fields()),
+    lambda values: _core.validate_config(values),
+)
+
+
 @cache
-def field_descriptions() -> Mapping[str, FieldDescription]:
-    """Every setting of the estimator by its dotted key, in its order."""
-    described: dict[str, FieldDescription] = {}
-    for entry in _core.config_fields():
-        described[entry["key"]] = FieldDescription(
-            entry["key"], entry["type"], entry["default"], tuple(entry["choices"] or ()), entry["rule"] or "", entry["description"]
-        )
-    return MappingProxyType(described)
+def field_descriptions(kind: SettingsKind = ESTIMATOR) -> Mapping[str, FieldDescription]:
+    """Every setting by its dotted key, in the order in which they are described."""
+    return MappingProxyType({described.key: described for described in kind.describe()})
 
 
-def known_keys() -> list[str]:
+def known_keys(kind: SettingsKind = ESTIMATOR) -> list[str]:
     """Every key and every table, for suggestions."""
-    keys = list(field_descriptions())
+    keys = list(field_descriptions(kind))
     tables = {key[:position] for key in keys for position, character in enumerate(key) if character == "."}
     return [*keys, *sorted(tables)]
 
 
-def defaults() -> dict[str, Scalar]:
-    return {key: described.default for key, described in field_descriptions().items()}
+def defaults(kind: SettingsKind = ESTIMATOR) -> dict[str, Scalar]:
+    return {key: described.default for key, described in field_descriptions(kind).items()}
 
 
 def nest(flat: Mapping[str, Scalar]) -> dict[str, Any]:
@@ -102,16 +121,16 @@ def _annotation(described: FieldDescription) -> Any:
 
 
 @cache
-def settings_model() -> type[BaseModel]:
+def settings_model(kind: SettingsKind = ESTIMATOR) -> type[BaseModel]:
     """The nested model of all settings: unknown keys are refused at every depth, types are not converted."""
     tree: dict[str, Any] = {}
-    for key, described in field_descriptions().items():
+    for key, described in field_descriptions(kind).items():
         *sections, name = key.split(".")
         table = tree
         for section in sections:
             table = table.setdefault(section, {})
         table[name] = described
-    return _model_of("Settings", tree)
+    return _model_of(kind.name, tree)
 
 
 def _model_of(name: str, tree: dict[str, Any]) -> type[BaseModel]:
@@ -128,8 +147,8 @@ def _model_of(name: str, tree: dict[str, Any]) -> type[BaseModel]:
     return model
 
 
-def json_schema() -> dict[str, Any]:
-    return settings_model().model_json_schema()
+def json_schema(kind: SettingsKind = ESTIMATOR) -> dict[str, Any]:
+    return settings_model(kind).model_json_schema()
 
 
 @dataclass(frozen=True)
@@ -146,13 +165,14 @@ class Settings:
 
     values: Mapping[str, Scalar]
     origin: Mapping[str, str] = field(default_factory=dict)
+    kind: SettingsKind = ESTIMATOR
 
     @property
     def method(self) -> str:
         return str(self.values[METHOD_KEY])
 
     def replaced(self, changes: Mapping[str, Scalar], source: str) -> "Settings":
-        return resolve([Layer("this run", self.values), Layer(source, changes)])
+        return resolve([Layer("this run", self.values), Layer(source, changes)], self.kind)
 
     def to_toml(self, seed: int) -> str:
         """The text of config.toml: everything a second run needs to give the same results."""
@@ -163,13 +183,14 @@ def key_error(source: str, key: str, known: Sequence[str]) -> str:
     return f"{source}: unknown key '{key}'{nearest_hint(key, known)}"
 
 
-def describe_validation_error(error: ValidationError, source: str, known: Sequence[str]) -> str:
+def describe_validation_error(error: ValidationError, source: str, known: Sequence[str], kind: SettingsKind = ESTIMATOR) -> str:
     """One line for every violation: the source, the full key, the value and what is wrong with it."""
     lines: dict[str, None] = {}
     for item in error.errors():
         parts = [str(part) for part in item["loc"] if not str(part).startswith("literal[") and part not in ("float", "int", "str")]
         key = ".".join(parts)
-        lines[_describe_item(item["type"], item.get("input"), item["msg"], item.get("ctx") or {}, key, source, known)] = None
+        described = field_descriptions(kind).get(key)
+        lines[_describe_item(item["type"], item.get("input"), item["msg"], key, described, source, known)] = None
     return "\n".join(lines)
 
 
@@ -178,14 +199,15 @@ def _shown(value: Any) -> str:
     return json.dumps(value, default=str)
 
 
-def _describe_item(kind: str, value: Any, message: str, context: Mapping[str, Any], key: str, source: str, known: Sequence[str]) -> str:
+def _describe_item(
+    kind: str, value: Any, message: str, key: str, described: FieldDescription | None, source: str, known: Sequence[str]
+) -> str:
     if kind == "extra_forbidden":
         return key_error(source, key, known)
     if kind == "missing":
         return f"{source}: key '{key}' is missing"
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return f"{source}: {key} = {_shown(value)}: must be a table, written [{key}]"
-    described = field_descriptions().get(key)
     if described is not None and described.type == "choice":
         hint = nearest_hint(str(value), described.choices)
         return f"{source}: {key} = {_shown(value)}: must be one of {', '.join(described.choices)}{hint}"
@@ -197,14 +219,13 @@ def _describe_item(kind: str, value: Any, message: str, context: Mapping[str, An
     return f"{source}: {key} = {_shown(value)}: {message}"
 
 
-def layer_from_tables(nested: Mapping[str, Any], source: str) -> Layer:
+def layer_from_tables(nested: Mapping[str, Any], source: str, kind: SettingsKind = ESTIMATOR) -> Layer:
     """Settings as nested tables, checked for unknown keys and wrong types."""
-    known = known_keys()
     try:
-        settings_model().model_validate(dict(nested))
+        settings_model(kind).model_validate(dict(nested))
     except ValidationError as error:
-        raise UserError(describe_validation_error(error, source, known)) from error
-    return Layer(source, {key: _converted(field_descriptions()[key], value) for key, value in flatten(nested)})
+        raise UserError(describe_validation_error(error, source, known_keys(kind), kind)) from error
+    return Layer(source, {key: _converted(field_descriptions(kind)[key], value) for key, value in flatten(nested)})
 
 
 def _converted(described: FieldDescription, value: Any) -> Scalar:
@@ -216,17 +237,17 @@ def _converted(described: FieldDescription, value: Any) -> Scalar:
     return checked
 
 
-def layer_from_assignments(assignments: Sequence[str]) -> Layer:
+def layer_from_assignments(assignments: Sequence[str], kind: SettingsKind = ESTIMATOR) -> Layer:
     """--set key=value, several times; the value is read as the type of its key."""
     values: dict[str, Scalar] = {}
     for assignment in assignments:
         key, separator, text = assignment.partition("=")
         key, text = key.strip(), text.strip()
         if not separator or not key:
-            raise UserError(f"--set {assignment}: must be key=value, for example --set submap.max_landmarks=20")
-        described = field_descriptions().get(key)
+            raise UserError(f"--set {assignment}: must be key=value, for example --set {kind.example}")
+        described = field_descriptions(kind).get(key)
         if described is None:
-            raise UserError(key_error("--set", key, list(field_descriptions())))
+            raise UserError(key_error("--set", key, list(field_descriptions(kind))))
         values[key] = parse_value(described, text, "--set")
     return Layer("--set", values)
 
@@ -251,20 +272,20 @@ def parse_value(described: FieldDescription, text: str, source: str) -> Scalar:
         raise UserError(f"{source}: {described.key} = {text!r}: must be {wanted}") from error
 
 
-def layer_from_flag(flag: str, key: str, text: str | None) -> Layer:
+def layer_from_flag(flag: str, key: str, text: str | None, kind: SettingsKind = ESTIMATOR) -> Layer:
     """A flag such as --method, which is short for one setting; None means that it was not given."""
     if text is None:
         return Layer(flag, {})
-    return Layer(flag, {key: parse_value(field_descriptions()[key], text, flag)})
+    return Layer(flag, {key: parse_value(field_descriptions(kind)[key], text, flag)})
 
 
-def layer_from_file(path: Path) -> tuple[Layer, int | None]:
+def layer_from_file(path: Path, kind: SettingsKind = ESTIMATOR) -> tuple[Layer, int | None]:
     """A configuration file: the settings as tables, and optionally `seed` at its top."""
     document = load_toml(path)
-    seed = document.pop(SEED_KEY, None) if SEED_KEY not in field_descriptions() else None
+    seed = document.pop(SEED_KEY, None) if SEED_KEY not in field_descriptions(kind) else None
     if seed is not None:
         seed = checked_seed(seed, f"{path}: {SEED_KEY}")
-    return layer_from_tables(document, str(path)), seed
+    return layer_from_tables(document, str(path), kind), seed
 
 
 def checked_seed(value: Any, source: str) -> int:
@@ -273,16 +294,16 @@ def checked_seed(value: Any, source: str) -> int:
     return value
 
 
-def resolve(layers: Sequence[Layer]) -> Settings:
+def resolve(layers: Sequence[Layer], kind: SettingsKind = ESTIMATOR) -> Settings:
     """Later layers win over earlier ones, all of them over the defaults. Every violated rule is reported at once."""
-    values = defaults()
+    values = defaults(kind)
     origin: dict[str, str] = {}
     for layer in layers:
         for key, value in layer.values.items():
             values[key] = value
             origin[key] = layer.source
-    violations = _core.validate_config(values)
+    violations = kind.violations(values)
     if violations:
         lines = [f"{origin.get(violation.split(' ', 1)[0], 'settings')}: {violation}" for violation in violations]
         raise UserError("\n".join(lines))
-    return Settings(MappingProxyType(values), MappingProxyType(origin))
+    return Settings(MappingProxyType(values), MappingProxyType(origin), kind)

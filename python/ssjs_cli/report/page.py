@@ -40,7 +40,7 @@ def render_page(files: RunFiles) -> str:
             "layers": {layer.key: layer.traces for layer in drawing.layers} if drawing is not None else {},
             "replay": replay,
         },
-        ("plots.js", "report.js"),
+        ("sorted_tables.js", "plots.js", "report.js"),
         title=_mission_name(files),
         subtitle=_text(summary, "description"),
         facts=_facts(files, duration_s),

@@ -7,7 +7,6 @@ from typing import Any
 
 import jinja2
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from ssjs_cli.report.figure_style import Figure
 
@@ -29,18 +28,36 @@ class Plot:
         return int(self.figure["layout"]["height"]) if self.figure is not None else 0
 
 
-def render(template: str, data: dict[str, Any], scripts: tuple[str, ...], **variables: Any) -> str:
-    """A whole page: style, plotly and our scripts inside, `data` as JSON for them. Nothing is fetched."""
+def render(
+    template: str,
+    data: dict[str, Any],
+    scripts: tuple[str, ...],
+    *,
+    styles: tuple[str, ...] = ("report.css",),
+    with_plots: bool = True,
+    **variables: Any,
+) -> str:
+    """A whole page: style, our scripts and plotly (where it has plots) inside, `data` as JSON for them. Nothing is fetched."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     return environment.get_template(template).render(
-        style_sheet=_raw("report.css"),
-        plotly_script=Markup(get_plotlyjs()),
-        page_script=Markup("\n").join(_raw(name) for name in scripts),
+        style_sheet=_joined(styles),
+        plotly_script=_plotly() if with_plots else Markup(""),
+        page_script=_joined(scripts),
         data=_json_for_script(data),
         **variables,
     )
+
+
+def _plotly() -> Markup:
+    from plotly.offline import get_plotlyjs
+
+    return Markup(get_plotlyjs())
+
+
+def _joined(names: tuple[str, ...]) -> Markup:
+    return Markup("\n").join(_raw(name) for name in names)
 
 
 def _raw(name: str) -> Markup:

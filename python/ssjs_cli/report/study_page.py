@@ -76,7 +76,7 @@ def render_study(page: StudyPage) -> str:
             "figures": {plot.div_id: plot.figure for plot in plots if plot.figure is not None},
             "layers": {layer.key: layer.traces for layer in page.layers},
         },
-        ("plots.js", "study.js"),
+        ("sorted_tables.js", "plots.js", "study.js"),
         kind=page.kind,
         title=page.title,
         subtitle=page.subtitle,

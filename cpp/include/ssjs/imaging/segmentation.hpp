@@ -36,11 +36,11 @@ struct SegmentationConfig {
     v.section("gain", gain, "against uneven gain");
     v.section("power_law", power_law, "draws bright levels apart");
     v.choice("method", method,
-             Choices<ThresholdMethod>{{"improved_otsu", ThresholdMethod::kImprovedOtsu},
+             Choices<ThresholdMethod>{{"improved-otsu", ThresholdMethod::kImprovedOtsu},
                                       {"otsu", ThresholdMethod::kOtsu},
                                       {"local", ThresholdMethod::kLocal},
                                       {"iterative", ThresholdMethod::kIterative},
-                                      {"maximum_entropy", ThresholdMethod::kMaximumEntropy}},
+                                      {"max-entropy", ThresholdMethod::kMaximumEntropy}},
              "what separates foreground from background");
     v.section("improved_otsu", improved_otsu, "when spots ask for a second pass");
     v.section("local", local, "the local mean");

@@ -1,5 +1,5 @@
 "use strict";
-/** What every page shares: its data, its plots, sorted tables, paper. */
+/** What every page shares: its data, its plots, paper. */
 const ssjsPage = (function () {
   const report = JSON.parse(document.getElementById("report-data").textContent);
   const byId = (id) => document.getElementById(id);
@@ -37,22 +37,6 @@ const ssjsPage = (function () {
     map.addEventListener("wheel", (event) => { if (!event.ctrlKey && !event.metaKey) event.stopImmediatePropagation(); }, { capture: true, passive: true });
   }
 
-  // ---- tables -----------------------------------------------------------------------------------------------------
-  function connectTables() {
-    document.querySelectorAll("table.sortable").forEach((table) => {
-      const body = table.tBodies[0], heads = [...table.tHead.rows[0].cells];
-      heads.forEach((head, column) => head.addEventListener("click", () => {
-        const upward = head.getAttribute("aria-sort") !== "ascending";
-        heads.forEach((other) => other.removeAttribute("aria-sort"));
-        head.setAttribute("aria-sort", upward ? "ascending" : "descending");
-        const value = (row) => row.cells[column].dataset.v;
-        const numeric = [...body.rows].every((row) => value(row) !== "" && !Number.isNaN(Number(value(row))));
-        const compare = numeric ? (a, b) => Number(value(a)) - Number(value(b)) : (a, b) => (value(a) < value(b) ? -1 : value(a) > value(b) ? 1 : 0);
-        body.append(...[...body.rows].sort((a, b) => (upward ? compare(a, b) : compare(b, a))));
-      }));
-    });
-  }
-
   // ---- print: every number open; the plots shrink with the paper by their view boxes (report.css) ---------------------
   function connectPrint() {
     let closed = [];
@@ -76,5 +60,5 @@ const ssjsPage = (function () {
       .then(() => document.documentElement.setAttribute("data-report", "ready"));
   }
 
-  return { report, byId, drawn, draw, drawAll, connectLayers, tameWheel, connectTables, connectPrint };
+  return { report, byId, drawn, draw, drawAll, connectLayers, tameWheel, connectTables: connectSortedTables, connectPrint };
 })();

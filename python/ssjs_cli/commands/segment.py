@@ -1,0 +1,66 @@
+"""ssjs-cli segment: sonar images to masks, regions and centroids."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ssjs_cli.options import common_options
+from ssjs_cli.segment_options import settings_options
+from ssjs_cli.session import Session
+
+
+@click.command()
+@click.argument("images", nargs=-1, required=True)
+@click.option("--method", default=None, metavar="improved-otsu|otsu|local|iterative|max-entropy", help="Threshold method.")
+@settings_options
+@click.option(
+    "--mask",
+    "valid_mask",
+    type=click.Path(),
+    default=None,
+    metavar="FILE|DIR",
+    help="Where pixels are measurements: one for all, or by name.",
+)
+@click.option("--objects", default=None, metavar="regions|shadows", help="Objects are near regions, or highlights with shadows.")
+@click.option("--altitude-m", type=float, default=None, help="Of the sonar above the seabed, for heights from shadows.")
+@click.option("--keep-intermediates", is_flag=True, help="Also write what every stage of the chain hands on.")
+@click.option("--jobs", type=click.IntRange(1), default=None, help="Worker processes (default: one a core).")
+@click.option("--no-report", is_flag=True, help="Leave out report.html and contact_sheet.png.")
+@common_options(out_help="Result directory (default runs/<first folder or image>-segmentation).")
+@click.pass_obj
+def segment(session: Session, /, images: tuple[str, ...], **options: Any) -> int:
+    """Segment sonar images: files, folders or patterns. Masks, overlays, regions, objects, a contact sheet and a page.
+
+    \b
+    ssjs-cli segment survey/ --preset sss-high --jobs 4
+    ssjs-cli segment 'dives/**/*.png' --padding 0 --pixel-size-m 0.05,0.02
+    ssjs-cli segment line07.png --objects shadows --nadir middle --altitude-m 12 --pixel-size-m 0.1,0.05
+    """
+    from ssjs_cli.segmentation.answer import answer_segmentation
+    from ssjs_cli.segmentation.run import SegmentationRequest, segment_images
+    from ssjs_cli.segmentation.settings import SettingsRequest
+
+    request = SegmentationRequest(
+        images,
+        SettingsRequest(
+            method=options["method"],
+            preset=options["preset"],
+            objects=options["objects"],
+            nadir=options["nadir"],
+            pixel_size=options["pixel_size"],
+            invalid_value=options["invalid_value"],
+            padding_level=options["padding_level"],
+            altitude_m=options["altitude_m"],
+            config_path=None if options["config_path"] is None else Path(options["config_path"]),
+            assignments=options["assignments"],
+            seed=options["seed"],
+        ),
+        valid_mask=None if options["valid_mask"] is None else Path(options["valid_mask"]),
+        jobs=options["jobs"],
+        keep_steps=options["keep_intermediates"],
+        with_report=not options["no_report"],
+        out=None if options["out"] is None else Path(options["out"]),
+        force=options["force"],
+    )
+    return answer_segmentation(segment_images(request, session), session)
