@@ -14,10 +14,21 @@ namespace {
 constexpr std::size_t kFeaturesPerBlock = 512;
 constexpr std::size_t kLanes = 16;
 
-using Corners = std::array<const std::uint32_t*, 4>;
+bool any_tilted(const std::vector<HaarFeature>& features) {
+  return std::any_of(features.begin(), features.end(), [](const HaarFeature& feature) { return feature.tilted; });
+}
 
-float weighted(const Corners& c, std::size_t i, float weight) {
-  return weight * static_cast<float>(static_cast<std::int32_t>(c[0][i] - c[1][i] - c[2][i] + c[3][i]));
+/// Those windows, in their order, that have a normalisation.
+WindowSet usable(const WindowSet& windows) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < windows.size(); ++i)
+    if (normalisation(IntegralImage(windows[i]), {0, 0}, windows.window())) chosen.push_back(i);
+  return windows.select(chosen);
+}
+
+WindowSet together(WindowSet first, const WindowSet& second) {
+  first.append(second);
+  return first;
 }
 
 /// Least and greatest of `count` >= 1 values, in lanes for the compiler to run side by side.
@@ -43,24 +54,11 @@ std::pair<float, float> extent(const float* values, std::size_t count) {
 
 FeatureTable::FeatureTable(const std::vector<HaarFeature>& features, const WindowSet& positives, const WindowSet& negatives,
                            std::size_t memory_bytes, int threads)
-    : features_(features), window_(positives.window()) {
-  if (negatives.window() != window_) throw InvalidArgument("negatives", "another window size", "must be as large as the positives");
-  for (const HaarFeature& feature : features) check_feature(feature, window_);
-  has_diagonal_ = std::any_of(features.begin(), features.end(), [](const HaarFeature& feature) { return feature.tilted; });
-  WindowSet usable(window_);
-  const auto keep_usable = [&](const WindowSet& windows) {
-    for (std::size_t i = 0; i < windows.size(); ++i) {
-      const auto norm = normalisation(IntegralImage(windows[i]), {0, 0}, window_);
-      if (!norm) continue;
-      usable.add(windows[i]);
-      norms_.push_back(*norm);
-    }
-  };
-  keep_usable(positives);
-  positives_ = usable.size();
-  keep_usable(negatives);
-  take_in(usable);
-
+    : features_(features),
+      positives_(usable(positives).size()),
+      sums_(together(usable(positives), usable(negatives)),
+            any_tilted(features) ? WindowSums::Diagonal::kWith : WindowSums::Diagonal::kWithout) {
+  for (const HaarFeature& feature : features) check_feature(feature, positives.window());
   kept_rows_ = samples() == 0 ? 0 : std::min(features.size(), memory_bytes / samples());
   kept_.resize(kept_rows_ * samples());
   parallel_blocks((kept_rows_ + kFeaturesPerBlock - 1) / kFeaturesPerBlock, threads, [&](std::size_t block) {
@@ -68,45 +66,6 @@ FeatureTable::FeatureTable(const std::vector<HaarFeature>& features, const Windo
     const std::size_t end = std::min(kept_rows_, (block + 1) * kFeaturesPerBlock);
     for (std::size_t f = block * kFeaturesPerBlock; f < end; ++f) form_bins(f, row, kept_.data() + f * samples());
   });
-}
-
-void FeatureTable::take_in(const WindowSet& windows) {
-  const std::size_t corner_count = static_cast<std::size_t>((window_.width + 1) * (window_.height + 1));
-  sums_.resize(corner_count * samples());
-  if (has_diagonal_) diagonals_.resize(corner_count * samples());
-  for (std::size_t i = 0; i < samples(); ++i) {
-    const IntegralImage integral(windows[i], has_diagonal_ ? IntegralImage::Diagonal::kWith : IntegralImage::Diagonal::kWithout);
-    for (std::size_t corner = 0; corner < corner_count; ++corner) {
-      sums_[corner * samples() + i] = integral.sum()[corner];
-      if (has_diagonal_) diagonals_[corner * samples() + i] = integral.diagonal()[corner];
-    }
-  }
-}
-
-void FeatureTable::values(std::size_t index, float* values) const {
-  const HaarFeature& feature = features_[index];
-  const std::vector<std::uint32_t>& sums = feature.tilted ? diagonals_ : sums_;
-  const auto corner_rows = [&](const WeightedRect& part) {
-    Corners rows{};
-    const auto points = corners(part.rect, feature.tilted);
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      rows[k] = sums.data() + static_cast<std::size_t>(points[k].y * (window_.width + 1) + points[k].x) * samples();
-    return rows;
-  };
-  const std::size_t count = samples();
-  const float* norms = norms_.data();
-  const Corners first = corner_rows(feature.rects[0]);
-  const Corners second = corner_rows(feature.rects[1]);
-  const float w0 = feature.rects[0].weight;
-  const float w1 = feature.rects[1].weight;
-  const float w2 = feature.rects[2].weight;
-  if (w2 == 0) {
-    for (std::size_t i = 0; i < count; ++i) values[i] = (weighted(first, i, w0) + weighted(second, i, w1)) * norms[i];
-  } else {
-    const Corners third = corner_rows(feature.rects[2]);
-    for (std::size_t i = 0; i < count; ++i)
-      values[i] = ((weighted(first, i, w0) + weighted(second, i, w1)) + weighted(third, i, w2)) * norms[i];
-  }
 }
 
 void FeatureTable::form_bins(std::size_t index, std::vector<float>& row, Bin* bins) const {

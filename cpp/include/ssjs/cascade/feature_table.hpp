@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ssjs/cascade/haar_feature.hpp"
-#include "ssjs/cascade/window_set.hpp"
+#include "ssjs/cascade/window_sums.hpp"
 
 namespace ssjs {
 
@@ -22,11 +22,11 @@ class FeatureTable {
 
   [[nodiscard]] std::size_t features() const { return features_.size(); }
   [[nodiscard]] std::size_t positives() const { return positives_; }
-  [[nodiscard]] std::size_t samples() const { return norms_.size(); }
+  [[nodiscard]] std::size_t samples() const { return sums_.size(); }
   [[nodiscard]] const HaarFeature& feature(std::size_t index) const { return features_[index]; }
 
   /// Row `index` as the detector would compute it: samples() numbers.
-  void values(std::size_t index, float* values) const;
+  void values(std::size_t index, float* values) const { sums_.values(features_[index], values); }
 
   /// Its bins, equally wide between the row's least and greatest value: a greater value is never in a lower bin.
   /// `scratch` serves rows that are not kept, and must outlive the result's use.
@@ -37,16 +37,11 @@ class FeatureTable {
   [[nodiscard]] const Bin* bins(std::size_t index, Scratch& scratch) const;
 
  private:
-  void take_in(const WindowSet& windows);
   void form_bins(std::size_t index, std::vector<float>& values, Bin* bins) const;
 
   const std::vector<HaarFeature>& features_;
-  cv::Size window_;
-  bool has_diagonal_;
   std::size_t positives_ = 0;
-  std::vector<float> norms_;
-  std::vector<std::uint32_t> sums_;  ///< by corner of the window, then by sample: neighbours in memory are summed alike
-  std::vector<std::uint32_t> diagonals_;
+  WindowSums sums_;
   std::vector<Bin> kept_;
   std::size_t kept_rows_ = 0;
 };
