@@ -35,4 +35,5 @@ PYBIND11_MODULE(_core, module) {
   add_features(module);
   add_imaging(module);
   add_segmentation(module);
+  add_cascade(module);
 }

@@ -73,7 +73,7 @@ cv::Mat window_of(const cv::Mat& image, const cv::Rect& box, cv::Size window) {
   const cv::Rect grown(box.x + (box.width - width) / 2, box.y + (box.height - height) / 2, width, height);
   if ((grown & cv::Rect({0, 0}, image.size())) != grown) return {};
   cv::Mat picture;
-  cv::resize(image(grown), picture, window, 0, 0, scale > 1 ? cv::INTER_AREA : cv::INTER_LINEAR_EXACT);
+  cv::resize(image(grown), picture, window, 0, 0, cv::INTER_LINEAR_EXACT);  // as the detector scales pictures
   return picture;
 }
 

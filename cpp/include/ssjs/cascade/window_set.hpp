@@ -33,8 +33,8 @@ class WindowSet {
   std::vector<int> recordings_;
 };
 
-/// The box of an object as a window: grown to the window's proportions about its centre, then resampled (by area when it
-/// shrinks). None if the grown box does not lie in the image.
+/// The box of an object as a window: grown to the window's proportions about its centre, then resampled as the
+/// detector resamples pictures. None if the grown box does not lie in the image.
 [[nodiscard]] cv::Mat window_of(const cv::Mat& image, const cv::Rect& box, cv::Size window);
 
 struct SampleSplit {
