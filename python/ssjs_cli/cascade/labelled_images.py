@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ssjs_cli import _core
-from ssjs_cli.config import Settings
 from ssjs_cli.cascade.settings import MASK_GAP_KEY, MIN_OBJECT_KEY
+from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.annotations.annotation_source import Annotations, BoxFinder, read_annotations
 from ssjs_cli.formats.annotations.boxes import Box
