@@ -33,4 +33,5 @@ PYBIND11_MODULE(_core, module) {
   add_evaluation(module);
   add_simulation(module);
   add_features(module);
+  add_cascade(module);
 }

@@ -9,5 +9,6 @@ void add_pipeline(pybind11::module_& module);
 void add_evaluation(pybind11::module_& module);
 void add_simulation(pybind11::module_& module);
 void add_features(pybind11::module_& module);
+void add_cascade(pybind11::module_& module);
 
 }  // namespace ssjs::bindings

@@ -74,7 +74,7 @@ TEST(ContourSignatureTest, AModelKnowsItsKindFromOthers) {
   }
   const SignatureModel model = learn_signature({objects.begin(), objects.begin() + 30});
   for (std::size_t i = 30; i < 40; ++i) EXPECT_LT(unlikeness(objects[i], model), 2);
-  EXPECT_GT(unlikeness(*contour_signature(ellipse(80, 76, 10)), model), 4);
+  EXPECT_GT(unlikeness(*contour_signature(ellipse(80, 76, 10)), model), 3);
   EXPECT_THROW((void)learn_signature({objects[0]}), InvalidArgument);
 }
 
