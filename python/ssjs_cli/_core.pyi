@@ -91,7 +91,7 @@ def detect_trunks(
     range_m: NDArray[np.float64], first_angle_rad: float, step_rad: float, config: Mapping[str, float | int | bool | str | None] = ...
 ) -> NDArray[np.float64]: ...
 
-# ---- cascades: pictures are uint8 or uint16, rows x columns; boxes x, y, width, height; features (tilted, [(x, y, width, height, weight), ...]) ----
+# ---- cascades: pictures are rows x columns; boxes x, y, width, height; features (tilted, [(x, y, width, height, weight), ...]) ----
 
 Picture: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]
 Feature: TypeAlias = tuple[bool, list[tuple[int, int, int, int, float]]]
