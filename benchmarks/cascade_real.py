@@ -24,17 +24,26 @@ from ssjs_cli.cascade.samples import make_samples
 from ssjs_cli.cascade.scoring import ImageMatch, Scored, bootstrap_band, curve, match, wilson_band
 from ssjs_cli.cascade.settings import MARGIN_KEY, TRAINER_PREFIX, TRAINING, SettingsRequest, part, resolve_cascade
 from ssjs_cli.cascade.window_boxes import object_box
+from ssjs_cli.cascade.windows import judged, window_set
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.segmentation.image_list import listed_images
 
 FOLDS = 5
 IOU = 0.3
 SDVD_RECORDING = r"(\d{12})"
+SDVD_MIRRORED = "^right_"
 #: Cumulative: detection rate, false positive rate, most features.
-SDVD_PLAN = [(0.99, 0.5, 4), (0.98, 0.2, 8), (0.97, 0.08, 14), (0.95, 0.03, 20), (0.93, 0.01, 24), (0.91, 0.004, 28)]
+SDVD_PLAN = [
+    (0.99, 0.5, 4, 1.0),
+    (0.98, 0.2, 8, 1.0),
+    (0.97, 0.08, 14, 1.0),
+    (0.96, 0.03, 20, 1.0),
+    (0.95, 0.01, 24, 1.0),
+    (0.94, 0.004, 28, 1.0),
+]
 SDVD_SETTINGS = (
-    "window.width_px=16", "window.height_px=16", "samples.copies=6", "training.feature_set=side_scan_basic", "training.max_asymmetry=1",
-    "training.negatives_per_layer=2500",
+    "window.width_px=16", "window.height_px=16", "augmentation.copies=6", "training.feature_set=side_scan_basic",
+    "training.max_asymmetry=1", "training.negatives_per_layer=2500",
 )  # fmt: skip
 SDVD_DETECTOR = {"min_neighbours": 2, "scale_factor": 1.1}
 KLSG_WINDOW_PX = 20
@@ -50,7 +59,7 @@ def folds_of(names: list[str], seed: int) -> list[int]:
 
 def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: int) -> dict[str, Any]:
     settings, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_SETTINGS, *overrides]), TRAINING)
-    labelled = read_labelled_images([str(folder / "images")], LabelSource(masks=folder / "masks"), settings)
+    labelled = read_labelled_images([str(folder / "images")], LabelSource(masks=folder / "masks", mirrored=SDVD_MIRRORED), settings)
     recordings = recording_names([image.listed for image in labelled.images], SDVD_RECORDING)
     negatives = listed_images([str(folder / "negatives")])
     fold_of_image, fold_of_negative = folds_of(recordings, seed), folds_of([image.name for image in negatives], seed)
@@ -65,29 +74,31 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: 
         )  # fmt: skip
         started_s = time.perf_counter()
         cascade = _core.train_cascade(
-            samples.positives, samples.recordings, samples.validation_positives, samples.validation_negatives,
-            len(samples.negatives), samples.negatives.read, samples.negatives.digest(), SDVD_PLAN,
-            {**part(settings.values, TRAINER_PREFIX), "seed": seed}, jobs,
+            window_set(samples.positives, samples.recordings), window_set(samples.validation_positives),
+            validation_negatives=window_set(samples.validation_negatives), images=len(samples.negatives), read=samples.negatives.read,
+            images_digest=samples.negatives.digest(), plan=SDVD_PLAN, config={**part(settings.values, TRAINER_PREFIX), "seed": seed},
+            threads=jobs,
         )  # fmt: skip
         time_s = time.perf_counter() - started_s
         margin = float(settings.values[MARGIN_KEY] or 0.0)
         tests = [
-            (image.listed.path, image.boxes, recordings[index])
+            (image.listed.path, image.boxes, recordings[index], image.mirrored)
             for index, image in enumerate(labelled.images)
             if fold_of_image[index] == fold
         ]
-        tests += [(image.path, (), image.name) for image, number in zip(negatives, fold_of_negative, strict=True) if number == fold]
-        for path, boxes, recording in tests:
+        tests += [(image.path, (), image.name, False) for image, number in zip(negatives, fold_of_negative, strict=True) if number == fold]
+        for path, boxes, recording, mirrored in tests:
             image = read_image(path)
-            found = _core.detect_objects(cascade, image.levels, image.valid, SDVD_DETECTOR, jobs)
+            found = _core.detect_objects(
+                cascade, image.levels, image.valid, {**SDVD_DETECTOR, "side": "mirrored" if mirrored else "as_trained"}, jobs
+            )
             detections = [
-                Scored(object_box((box[0], box[1], box[2], box[3]), margin), score)
-                for box, score in zip(found["boxes_px"].tolist(), found["score"].tolist(), strict=True)
+                Scored(object_box((int(box[0]), int(box[1]), int(box[2]), int(box[3])), margin), score) for *box, score, _ in found.tolist()
             ]
             matches.append(match(detections, boxes, IOU, recording))
-        records = cascade.provenance["layers"]
+        records = cascade.provenance()["layers"]
         layers.append(
-            {"fold": fold, "layers": len(records), "time_training_s": round(time_s, 1), "stopped": cascade.provenance["stopped_because"]}
+            {"fold": fold, "layers": len(records), "time_training_s": round(time_s, 1), "stopped": cascade.provenance()["stopped_because"]}
         )
         print(f"fold {fold}: {froc_text(matches)} so far; {json.dumps(layers[-1])}", flush=True)
     made = curve(matches)
@@ -96,7 +107,9 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: 
     return {
         "set": "sdvd", "tiles": made.images, "objects": made.objects, "iou": IOU,
         "froc": {str(limit): round(float(made.rate_at(limit)), 4) for limit in grid.tolist()},
-        "band_95": None if band is None else {str(limit): [round(float(band[0][k]), 4), round(float(band[1][k]), 4)] for k, limit in enumerate(grid.tolist())},
+        "band_95": None if band is None else {
+            str(limit): [round(float(end[k]), 4) for end in band] for k, limit in enumerate(grid.tolist())
+        },
         "average_precision": round(made.average_precision(), 4), "folds": layers,
     }  # fmt: skip
 
@@ -104,7 +117,8 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: 
 def froc_text(matches: list[ImageMatch]) -> str:
     made = curve(matches)
     reached = made.false_per_image[-1] if len(made.false_boxes) else 0.0
-    return f"{float(made.rate_at(1.0)):.3f} at 1 false box a tile ({made.detection_rate[-1] if len(made.true_boxes) else 0:.3f} at {reached:.2f})"
+    most = made.detection_rate[-1] if len(made.true_boxes) else 0.0
+    return f"{float(made.rate_at(1.0)):.3f} at 1 false box a tile ({most:.3f} at {reached:.2f})"
 
 
 def klsg(folder: Path, jobs: int, folds: list[int], features: int, seed: int) -> dict[str, Any]:
@@ -116,13 +130,12 @@ def klsg(folder: Path, jobs: int, folds: list[int], features: int, seed: int) ->
         objects, others = with_mirrored(crops[train][classes[train] == 1]), with_mirrored(crops[train][classes[train] == 0])
         started_s = time.perf_counter()
         cascade = _core.train_cascade(
-            objects, [0] * len(objects), None, None, 0, lambda index: None, "none", [(1.0, 1e-9, features)],
-            {"feature_set": "basic", "boost": "gentle", "max_asymmetry": 1.0, "max_shift": 0.0, "negatives_per_layer": len(others), "seed": seed},
-            jobs, negatives=others,
+            window_set(objects), negatives=window_set(others), plan=[(1.0, 1e-9, features, 1.0)], threads=jobs,
+            config={"feature_set": "basic", "max_asymmetry": 1.0, "max_shift": 0.0, "negatives_per_layer": len(others), "seed": seed},
         )  # fmt: skip
         test = np.flatnonzero(fold_of_crop == fold)
-        scores[test] = np.mean([cascade.judge(windows)[1] for windows in mirrored_views(crops[test])], axis=0)
-        print(f"fold {fold}: {time.perf_counter() - started_s:.1f} s, {len(cascade.stages[0]['weak'])} features", flush=True)
+        scores[test] = np.mean([judged(cascade, windows)[1] for windows in mirrored_views(crops[test])], axis=0)
+        print(f"fold {fold}: {time.perf_counter() - started_s:.1f} s, {len(cascade.stages[0][1])} features", flush=True)
     used = np.isfinite(scores)
     return {"set": "klsg", "features": features, **classification(scores[used], classes[used])}
 

@@ -1,383 +1,406 @@
-// Haar cascades: models, detection, training.
-#include <pybind11/functional.h>
+// Cascades: training windows, training, models, detection. Pictures are uint8 or uint16 arrays (rows x columns), masks uint8.
+#include "ssjs/cascade/cascade_trainer.hpp"
+
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <functional>
-#include <optional>
+#include <memory>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "arrays.hpp"
 #include "config.hpp"
 #include "parts.hpp"
+#include "ssjs/cascade/augmentation.hpp"
 #include "ssjs/cascade/cascade_detector.hpp"
 #include "ssjs/cascade/cascade_file.hpp"
-#include "ssjs/cascade/cascade_trainer.hpp"
 #include "ssjs/cascade/cascade_xml.hpp"
-#include "ssjs/cascade/sample_augmentation.hpp"
+#include "ssjs/cascade/contour_signature.hpp"
 #include "ssjs/cascade/window_sums.hpp"
 
 namespace ssjs::bindings {
 namespace {
 
-using Levels = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
-using Box = std::array<int, 4>;      // left, top, width, height
-using Part = std::pair<Box, float>;  // rectangle and weight
-using ReadImage = std::function<py::object(std::size_t)>;
-using Report = std::function<bool(const py::dict&)>;
+using Boxes = std::vector<std::array<int, 4>>;  // x, y, width, height
 
-cv::Rect rect_of(const Box& box) { return {box[0], box[1], box[2], box[3]}; }
-Box box_of(const cv::Rect& rect) { return {rect.x, rect.y, rect.width, rect.height}; }
-
-/// (n, height, width) of uint8, with the recording of each window.
-WindowSet window_set(const py::array& windows, const std::string& argument, const std::vector<int>& recordings = {}) {
-  if (windows.ndim() != 3 || windows.dtype().kind() != 'u' || windows.itemsize() != 1)
-    throw InvalidArgument(argument, array_text(windows), "must be an array (n, height, width) of uint8");
-  if (windows.shape(1) < 1 || windows.shape(2) < 1 || windows.shape(1) > 4096 || windows.shape(2) > 4096)
-    throw InvalidArgument(argument, array_text(windows), "windows must have 1 to 4096 rows and columns");
-  if (!recordings.empty() && recordings.size() != static_cast<std::size_t>(windows.shape(0)))
-    throw InvalidArgument(argument, array_text(windows), "must have as many windows as there are recordings");
-  const Levels levels(windows);
-  const cv::Size size(static_cast<int>(levels.shape(2)), static_cast<int>(levels.shape(1)));
-  WindowSet set(size);
-  for (py::ssize_t i = 0; i < levels.shape(0); ++i) {
-    const cv::Mat picture(size, CV_8U, const_cast<std::uint8_t*>(levels.data(i, 0, 0)));  // cv::Mat knows no view of constants
-    set.add(picture, recordings.empty() ? 0 : recordings[static_cast<std::size_t>(i)]);
-  }
-  return set;
+/// A view of an array: the array has to outlive it.
+cv::Mat view(const py::array& array, const char* name) {
+  int depth = 0;
+  if (array.dtype().is(py::dtype::of<std::uint8_t>()))
+    depth = CV_8U;
+  else if (array.dtype().is(py::dtype::of<std::uint16_t>()))
+    depth = CV_16U;
+  else
+    throw InvalidArgument(name, py::str(array.dtype()).cast<std::string>(), "must be an array of uint8 or uint16");
+  if (array.ndim() != 2 || array.size() == 0 || array.strides(1) != array.itemsize())
+    throw InvalidArgument(name, std::to_string(array.ndim()) + " dimensions",
+                          "must be rows x columns, not empty, with the columns side by side");
+  return {static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), depth, const_cast<void*>(array.data()),
+          static_cast<std::size_t>(array.strides(0))};
 }
 
-py::array_t<std::uint8_t> window_array(const WindowSet& set) {
-  const auto count = static_cast<py::ssize_t>(set.size());
-  py::array_t<std::uint8_t> array({count, static_cast<py::ssize_t>(set.window().height), static_cast<py::ssize_t>(set.window().width)});
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const cv::Mat picture = set[static_cast<std::size_t>(i)];
-    std::copy(picture.datastart, picture.dataend, array.mutable_data(i, 0, 0));
-  }
+SonarImage image_of(const py::array& intensity, const std::optional<py::array>& valid) {
+  return {view(intensity, "image"), valid ? view(*valid, "valid") : cv::Mat()};
+}
+
+py::array_t<std::uint8_t> array_of(const cv::Mat& picture) {
+  py::array_t<std::uint8_t> array({picture.rows, picture.cols});
+  for (int y = 0; y < picture.rows; ++y) std::copy_n(picture.ptr(y), picture.cols, array.mutable_data(y, 0));
   return array;
 }
 
-/// A picture with its valid mask as C++ keeps it, apart from Python's arrays.
-SonarImage sonar_image(const py::array& intensity, const std::optional<py::array>& valid) {
-  const Picture picture(intensity, "intensity", {CV_8U, CV_16U});
-  const OptionalMask mask(valid, "valid");
-  SonarImage image{picture.mat().clone(), mask.mat().clone()};
-  check_sonar_image(image);
-  return image;
-}
-
-/// The pictures that `read` gives: (intensity, valid or None), or None where there is nothing to be read.
-NegativeImages negative_images(std::size_t count, const ReadImage& read) {
-  return {count, [&read](std::size_t index) -> std::optional<SonarImage> {
-            const py::gil_scoped_acquire locked;
-            const py::object answer = read(index);
-            if (answer.is_none()) return std::nullopt;
-            const auto pair = answer.cast<std::pair<py::array, std::optional<py::array>>>();
-            return sonar_image(pair.first, pair.second);
-          }};
-}
-
-py::list feature_list(const HaarCascade& cascade) {
-  py::list list;
-  for (const HaarFeature& feature : cascade.features) {
-    std::vector<Part> parts;
-    for (const WeightedRect& part : feature.rects)
-      if (part.weight != 0) parts.emplace_back(box_of(part.rect), part.weight);
-    py::dict entry;
-    entry["parts"] = parts;
-    entry["tilted"] = feature.tilted;
-    list.append(entry);
-  }
-  return list;
-}
-
-py::list stage_list(const HaarCascade& cascade) {
-  py::list list;
-  for (const CascadeStage& stage : cascade.stages) {
-    py::list weak;
-    for (const WeakClassifier& classifier : stage.weak) {
-      py::list nodes;
-      for (const TreeNode& node : classifier.nodes) nodes.append(py::make_tuple(node.feature, node.threshold, node.left, node.right));
-      py::dict entry;
-      entry["nodes"] = nodes;
-      entry["leaves"] = classifier.leaves;
-      weak.append(entry);
-    }
-    py::dict entry;
-    entry["threshold"] = stage.threshold;
-    entry["weak"] = weak;
-    list.append(entry);
-  }
-  return list;
-}
-
-py::dict provenance_dict(const HaarCascade& cascade) {
-  const Provenance& provenance = cascade.provenance;
-  py::list layers;
-  for (const LayerRecord& layer : provenance.layers) {
-    py::dict entry;
-    entry["features"] = layer.features;
-    entry["detection_rate"] = layer.detection_rate;
-    entry["false_positive_rate"] = layer.false_positive_rate;
-    entry["target_detection_rate"] = layer.target_detection_rate;
-    entry["target_false_positive_rate"] = layer.target_false_positive_rate;
-    entry["negatives"] = layer.negatives;
-    entry["negatives_looked_at"] = layer.negatives_looked_at;
-    layers.append(entry);
-  }
-  py::dict settings;
-  for (const auto& [key, value] : provenance.settings) settings[py::str(key)] = value;
-  py::dict dict;
-  dict["trained_with"] = provenance.trained_with;
-  dict["settings"] = settings;
-  dict["layers"] = layers;
-  dict["stopped_because"] = provenance.stopped_because;
-  return dict;
-}
-
-py::tuple judge(const HaarCascade& cascade, const py::array& windows) {
-  const WindowSet set = window_set(windows, "windows");
-  if (set.window() != cascade.window)
-    throw InvalidArgument(
-        "windows", array_text(windows),
-        "must be " + std::to_string(cascade.window.width) + " px wide and " + std::to_string(cascade.window.height) + " high");
-  const auto count = static_cast<py::ssize_t>(set.size());
-  py::array_t<int> passed(count);
-  py::array_t<double> score(count);
-  int* passed_data = passed.mutable_data();
-  double* score_data = score.mutable_data();
-  {
-    const py::gil_scoped_release released;
-    for (std::size_t i = 0; i < set.size(); ++i) {
-      const WindowVerdict verdict = judge_window(cascade, IntegralImage(set[i], IntegralImage::Diagonal::kWith), {0, 0});
-      passed_data[i] = verdict.stages_passed;
-      score_data[i] = verdict.score;
-    }
-  }
-  return py::make_tuple(passed, score);
-}
-
-py::dict detect(const HaarCascade& cascade, const py::array& intensity, const std::optional<py::array>& valid, const py::dict& config,
-                int threads) {
-  const CascadeDetector detector(cascade, config_from<CascadeDetectorConfig>(config));
-  const SonarImage image = sonar_image(intensity, valid);
-  std::vector<Detection> found;
-  {
-    const py::gil_scoped_release released;
-    found = detector.detect(image, threads);
-  }
-  const auto count = static_cast<py::ssize_t>(found.size());
-  py::array_t<int> boxes({count, py::ssize_t{4}});
-  py::array_t<double> score(count);
-  py::array_t<int> neighbours(count);
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const Detection& detection = found[static_cast<std::size_t>(i)];
-    const Box box = box_of(detection.box);
-    for (std::size_t k = 0; k < box.size(); ++k) boxes.mutable_at(i, static_cast<py::ssize_t>(k)) = box[k];
-    score.mutable_at(i) = detection.score;
-    neighbours.mutable_at(i) = detection.neighbours;
-  }
-  py::dict dict;
-  dict["boxes_px"] = boxes;
-  dict["score"] = score;
-  dict["neighbours"] = neighbours;
-  return dict;
-}
-
-TrainingPlan plan_of(const std::vector<std::tuple<double, double, int>>& layers) {
+TrainingPlan plan_of(const std::vector<std::tuple<double, double, int, double>>& rows) {
   TrainingPlan plan;
-  for (const auto& [detection_rate, false_positive_rate, max_features] : layers)
-    plan.push_back({detection_rate, false_positive_rate, max_features});
+  for (const auto& [detection, false_positive, features, false_alarm] : rows)
+    plan.push_back({detection, false_positive, features, false_alarm});
   return plan;
 }
 
-std::vector<std::tuple<double, double, int>> layers_of(const TrainingPlan& plan) {
-  std::vector<std::tuple<double, double, int>> layers;
-  for (const LayerTarget& target : plan) layers.emplace_back(target.detection_rate, target.false_positive_rate, target.max_features);
-  return layers;
+std::vector<std::tuple<double, double, int, double>> rows_of(const TrainingPlan& plan) {
+  std::vector<std::tuple<double, double, int, double>> rows;
+  for (const LayerTarget& layer : plan)
+    rows.emplace_back(layer.detection_rate, layer.false_positive_rate, layer.max_features, layer.false_alarm_rate);
+  return rows;
 }
 
-TrainingProgressSink progress_sink(const std::optional<Report>& progress) {
-  if (!progress) return {};
-  return [&progress](const TrainingProgress& now) {
-    const py::gil_scoped_acquire locked;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    py::dict dict;
-    dict["layer"] = now.layer;
-    dict["layers"] = now.layers;
-    dict["doing"] = now.doing;
-    dict["features"] = now.features;
-    dict["max_features"] = now.max_features;
-    dict["fraction"] = now.fraction;
-    return (*progress)(dict);
-  };
+/// `read(index)` gives a picture, a pair of picture and mask, or None; what it gives is copied before the lock is released.
+NegativeImages negative_images(std::size_t count, const py::object& read) {
+  return {count, [read](std::size_t index) -> std::optional<SonarImage> {
+            const py::gil_scoped_acquire lock;
+            const py::object given = read(index);
+            if (given.is_none()) return std::nullopt;
+            if (!py::isinstance<py::tuple>(given)) return SonarImage{view(given.cast<py::array>(), "picture").clone(), {}};
+            const auto pair = given.cast<std::pair<py::array, py::array>>();
+            return SonarImage{view(pair.first, "picture").clone(), view(pair.second, "valid").clone()};
+          }};
 }
 
-HaarCascade train(const py::array& positives, const std::vector<int>& recordings, const std::optional<py::array>& validation_positives,
-                  const std::optional<py::array>& validation_negatives, std::size_t negative_count, const ReadImage& read_negative,
-                  const std::string& negatives_digest, const std::vector<std::tuple<double, double, int>>& plan, const py::dict& config,
-                  int threads, const std::optional<std::string>& checkpoint, bool resume, const std::optional<Report>& progress,
-                  const std::optional<py::array>& negatives) {
-  const auto trainer = config_from<CascadeTrainerConfig>(config);
-  WindowSet objects = window_set(positives, "positives", recordings);
-  const cv::Size window = objects.window();
-  const auto optional_set = [&](const std::optional<py::array>& windows, const std::string& argument) {
-    return windows ? window_set(*windows, argument) : WindowSet(window);
-  };
-  const CascadeTrainingData data{std::move(objects),
-                                 optional_set(validation_positives, "validation_positives"),
-                                 optional_set(negatives, "negatives"),
-                                 optional_set(validation_negatives, "validation_negatives"),
-                                 negative_images(negative_count, read_negative),
-                                 negatives_digest};
-  const TrainingPlan targets = plan_of(plan);
-  const TrainingProgressSink sink = progress_sink(progress);
-  const py::gil_scoped_release released;
-  return train_cascade(data, targets, trainer, threads, checkpoint, resume, sink);
+py::dict record_of(const LayerRecord& layer) {
+  py::dict dict;
+  dict["features"] = layer.features;
+  dict["detection_rate"] = layer.detection_rate;
+  dict["false_positive_rate"] = layer.false_positive_rate;
+  dict["target_detection_rate"] = layer.target_detection_rate;
+  dict["target_false_positive_rate"] = layer.target_false_positive_rate;
+  dict["negatives"] = layer.negatives;
+  dict["negatives_looked_at"] = layer.negatives_looked_at;
+  return dict;
 }
 
-/// Every field of a configuration with its rule and default.
-template <class Config>
-py::list fields_of() {
-  Config config;
-  FieldLister lister;
-  config.visit(lister);
-  return lister.fields();
+py::dict provenance_of(const HaarCascade& cascade) {
+  py::dict dict;
+  py::list layers;
+  py::dict settings;
+  for (const LayerRecord& layer : cascade.provenance.layers) layers.append(record_of(layer));
+  for (const auto& [key, value] : cascade.provenance.settings) settings[py::str(key)] = value;
+  dict["trained_with"] = cascade.provenance.trained_with;
+  dict["settings"] = settings;
+  dict["layers"] = layers;
+  dict["stopped_because"] = cascade.provenance.stopped_because;
+  return dict;
+}
+
+/// Each feature as (tilted, [(x, y, width, height, weight), ...]).
+py::list features_of(const std::vector<HaarFeature>& features) {
+  py::list list;
+  for (const HaarFeature& feature : features) {
+    py::list rects;
+    for (const WeightedRect& part : feature.rects)
+      if (part.weight != 0) rects.append(py::make_tuple(part.rect.x, part.rect.y, part.rect.width, part.rect.height, part.weight));
+    list.append(py::make_tuple(feature.tilted, rects));
+  }
+  return list;
+}
+
+HaarFeature feature_of(bool tilted, const std::vector<std::tuple<int, int, int, int, float>>& rects) {
+  HaarFeature feature;
+  if (rects.empty() || rects.size() > feature.rects.size())
+    throw InvalidArgument("rects", static_cast<double>(rects.size()), "must be one to three (x, y, width, height, weight)");
+  for (std::size_t i = 0; i < rects.size(); ++i) {
+    const auto& [x, y, width, height, weight] = rects[i];
+    feature.rects[i] = {{x, y, width, height}, weight};
+  }
+  feature.tilted = tilted;
+  return feature;
+}
+
+/// Detections as n x 6: x, y, width, height, score, neighbours.
+py::array_t<double> rows_of(const std::vector<Detection>& detections) {
+  py::array_t<double> rows({static_cast<py::ssize_t>(detections.size()), py::ssize_t{6}});
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    const Detection& d = detections[i];
+    const std::array<double, 6> row = {static_cast<double>(d.box.x),
+                                       static_cast<double>(d.box.y),
+                                       static_cast<double>(d.box.width),
+                                       static_cast<double>(d.box.height),
+                                       d.score,
+                                       static_cast<double>(d.neighbours)};
+    std::copy(row.begin(), row.end(), rows.mutable_data(static_cast<py::ssize_t>(i), 0));
+  }
+  return rows;
+}
+
+void add_windows(py::module_& module) {
+  py::class_<WindowSet>(module, "WindowSet", "Equal-sized 8-bit windows, each with its recording.")
+      .def(py::init([](int width, int height) {
+             return WindowSet({width, height});
+           }),
+           py::arg("width"), py::arg("height"))
+      .def("__len__", &WindowSet::size)
+      .def(
+          "add", [](WindowSet& windows, const py::array& picture, int recording) { windows.add(view(picture, "picture"), recording); },
+          py::arg("picture"), py::arg("recording") = 0)
+      .def(
+          "add_object",
+          [](WindowSet& windows, const py::array& image, const std::array<int, 4>& box, int recording) {
+            const cv::Mat picture = window_of(view(image, "image"), {box[0], box[1], box[2], box[3]}, windows.window());
+            if (picture.empty()) return false;
+            windows.add(picture, recording);
+            return true;
+          },
+          py::arg("image"), py::arg("box"), py::arg("recording") = 0,
+          "The box grown to the window's proportions, resampled. False, and nothing added, if that does not lie in the image.")
+      .def("append", &WindowSet::append, py::arg("other"))
+      .def("select", &WindowSet::select, py::arg("indices"))
+      .def(
+          "picture",
+          [](const WindowSet& windows, std::size_t index) {
+            if (index >= windows.size()) throw py::index_error();
+            return array_of(windows[index]);
+          },
+          py::arg("index"))
+      .def(
+          "pictures",
+          [](const WindowSet& windows) {
+            const cv::Size size = windows.window();
+            py::array_t<std::uint8_t> array(
+                {static_cast<py::ssize_t>(windows.size()), static_cast<py::ssize_t>(size.height), static_cast<py::ssize_t>(size.width)});
+            for (std::size_t i = 0; i < windows.size(); ++i) {
+              const cv::Mat picture = windows[i];
+              std::copy(picture.datastart, picture.dataend, array.mutable_data(static_cast<py::ssize_t>(i), 0, 0));
+            }
+            return array;
+          },
+          "All windows: (n, height, width) of uint8.")
+      .def("recordings",
+           [](const WindowSet& windows) {
+             std::vector<int> recordings;
+             for (std::size_t i = 0; i < windows.size(); ++i) recordings.push_back(windows.recording(i));
+             return recordings;
+           })
+      .def("digest", &WindowSet::digest)
+      .def(
+          "augmented",
+          [](const WindowSet& windows, const py::dict& config, int seed) {
+            return augmented(windows, config_from<AugmentationConfig>(config), Rng(static_cast<std::uint64_t>(seed)));
+          },
+          py::arg("config") = py::dict(), py::arg("seed") = 1)
+      .def(
+          "split_by_recording",
+          [](const WindowSet& windows, double validation_fraction, int seed) {
+            std::vector<int> recordings;
+            for (std::size_t i = 0; i < windows.size(); ++i) recordings.push_back(windows.recording(i));
+            SampleSplit split = split_by_recording(recordings, validation_fraction, Rng(static_cast<std::uint64_t>(seed)));
+            return std::make_pair(std::move(split.training), std::move(split.validation));
+          },
+          py::arg("validation_fraction"), py::arg("seed") = 1, "Indices of the windows for training and for validation.")
+      .def(
+          "responses",
+          [](const WindowSet& windows, bool tilted, const std::vector<std::tuple<int, int, int, int, float>>& rects) {
+            const HaarFeature feature = feature_of(tilted, rects);
+            check_feature(feature, windows.window());
+            std::vector<float> values(windows.size());
+            WindowSums(windows, tilted ? WindowSums::Diagonal::kWith : WindowSums::Diagonal::kWithout).values(feature, values.data());
+            return values;
+          },
+          py::arg("tilted"), py::arg("rects"), "One feature on every window (0 on flat ones).");
 }
 
 void add_model(py::module_& module) {
-  py::class_<HaarCascade>(module, "Cascade", "A trained cascade of boosted Haar features.")
-      .def_static("load", &load_cascade, py::arg("path"), "This library's form or OpenCV's XML, told apart by content.")
+  py::class_<HaarCascade>(module, "HaarCascade", "A trained cascade.")
+      .def_static("load", &load_cascade, py::arg("path"), "Our JSON form or OpenCV's XML, by content.")
       .def_static(
-          "from_json", [](const std::string& text, const std::string& name) { return from_json(text, name); }, py::arg("text"),
-          py::arg("name"))
+          "from_opencv_xml", [](const std::string& xml) { return from_opencv_xml(xml, "text"); }, py::arg("xml"))
       .def_static(
-          "from_opencv_xml", [](const std::string& text, const std::string& name) { return from_opencv_xml(text, name); }, py::arg("text"),
-          py::arg("name"))
-      .def("to_json", [](const HaarCascade& cascade) { return to_json(cascade); })
-      .def("to_opencv_xml", [](const HaarCascade& cascade) { return to_opencv_xml(cascade); })
-      .def(
-          "mirrored", [](const HaarCascade& cascade) { return mirrored(cascade); }, "For the other side of the vehicle.")
+          "from_json", [](const std::string& json) { return from_json(json, "text"); }, py::arg("json"))
       .def(
           "with_settings",
           [](HaarCascade cascade, const std::vector<std::pair<std::string, std::string>>& settings) {
             for (const auto& entry : settings) cascade.provenance.settings.push_back(entry);
             return cascade;
           },
-          py::arg("settings"), "The same model, its provenance with further settings.")
-      .def("judge", &judge, py::arg("windows"),
-           "(n, height, width) of uint8 -> stages passed (n,), -1 for windows too flat to be looked at, and score (n,).")
-      .def_property_readonly("width_px", [](const HaarCascade& cascade) { return cascade.window.width; })
-      .def_property_readonly("height_px", [](const HaarCascade& cascade) { return cascade.window.height; })
-      .def_property_readonly("features", &feature_list, "Each: parts ((left, top, width, height), weight) and tilted.")
-      .def_property_readonly("stages", &stage_list, "Each: threshold, and weak classifiers with nodes (feature, threshold, left, right).")
-      .def_property_readonly("provenance", &provenance_dict);
+          py::arg("settings"), "The same model, with further settings in its provenance.")
+      .def("save", &save_cascade, py::arg("path"), "OpenCV's XML if the path ends in .xml, else our JSON form.")
+      .def("to_json", &to_json)
+      .def("to_opencv_xml", &to_opencv_xml)
+      .def("mirrored", [](const HaarCascade& cascade) { return mirrored(cascade); })
+      .def("provenance", &provenance_of)
+      .def("features", [](const HaarCascade& cascade) { return features_of(cascade.features); })
+      .def_property_readonly("window",
+                             [](const HaarCascade& cascade) { return std::make_pair(cascade.window.width, cascade.window.height); })
+      .def_property_readonly("stages",
+                             [](const HaarCascade& cascade) {
+                               py::list stages;
+                               for (const CascadeStage& stage : cascade.stages) {
+                                 py::list weak;
+                                 for (const WeakClassifier& tree : stage.weak) {
+                                   py::list nodes;
+                                   for (const TreeNode& node : tree.nodes)
+                                     nodes.append(py::make_tuple(node.feature, node.threshold, node.left, node.right));
+                                   weak.append(py::make_tuple(nodes, tree.leaves));
+                                 }
+                                 stages.append(py::make_tuple(stage.threshold, weak));
+                               }
+                               return stages;
+                             })
+      .def(
+          "judge",
+          [](const HaarCascade& cascade, const WindowSet& windows) {
+            py::list verdicts;
+            for (std::size_t i = 0; i < windows.size(); ++i) {
+              const auto diagonal = IntegralImage::Diagonal::kWith;
+              const WindowVerdict verdict = judge_window(cascade, IntegralImage(windows[i], diagonal), {0, 0});
+              verdicts.append(py::make_tuple(verdict.stages_passed, verdict.score));
+            }
+            return verdicts;
+          },
+          py::arg("windows"), "Stages passed (-1: too flat) and score of every window.");
 }
 
-void add_samples(py::module_& module) {
+void add_training(py::module_& module) {
   module.def(
-      "training_window",
-      [](const py::array& intensity, const Box& box_px, int width_px, int height_px) -> std::optional<py::array> {
-        const Picture picture(intensity, "intensity", {CV_8U});
-        const cv::Mat window = window_of(picture.mat(), rect_of(box_px), {width_px, height_px});
-        return window.empty() ? std::nullopt : std::optional<py::array>(picture_array(window));
+      "thesis_plan", [] { return rows_of(thesis_plan()); },
+      "Rows of detection rate, false positive rate, most features, false alarm rate.");
+  module.def(
+      "uniform_plan",
+      [](int layers, double detection_rate, double false_positive_rate, int max_features) {
+        return rows_of(uniform_plan(layers, detection_rate, false_positive_rate, max_features));
       },
-      py::arg("intensity"), py::arg("box_px"), py::arg("width_px"), py::arg("height_px"),
-      "The object of a box (left, top, width, height), grown to the window's proportions; None where it leaves the picture.");
+      py::arg("layers"), py::arg("detection_rate"), py::arg("false_positive_rate"), py::arg("max_features"));
   module.def(
-      "in_8_bits",
-      [](const py::array& intensity, const std::optional<py::array>& valid) {
-        return picture_array(in_8_bits(sonar_image(intensity, valid)).intensity);
-      },
-      py::arg("intensity"), py::arg("valid") = py::none(), "As it is if it has 8 bits, otherwise its valid range drawn out to 0..255.");
-  module.def("augmentation_fields", [] { return fields_of<SampleAugmentationConfig>(); });
-  module.def(
-      "validate_augmentation", [](const py::dict& values) { return violations(config_from<SampleAugmentationConfig>(values)); },
-      py::arg("values"));
-  module.def(
-      "augmented_windows",
-      [](const py::array& intensity, const Box& box_px, int width_px, int height_px, std::size_t copies, const py::dict& config,
-         std::uint64_t seed, const std::string& name) {
-        const Picture picture(intensity, "intensity", {CV_8U});
-        const auto augmentation = config_from<SampleAugmentationConfig>(config);
-        return window_array(augmented_windows(picture.mat(), rect_of(box_px), {width_px, height_px}, copies, 0, augmentation,
-                                              Rng(seed).stream("augmentation: " + name)));
-      },
-      py::arg("intensity"), py::arg("box_px"), py::arg("width_px"), py::arg("height_px"), py::arg("copies"), py::arg("config"),
-      py::arg("seed"), py::arg("name"), "Changed windows (n, height, width) of one object; name: of the object, for the random draws.");
-  module.def(
-      "split_by_recording",
-      [](const std::vector<int>& recordings, double validation_fraction, std::uint64_t seed) {
-        const SampleSplit split = split_by_recording(recordings, validation_fraction, Rng(seed));
-        return py::make_tuple(split.training, split.validation);
-      },
-      py::arg("recordings"), py::arg("validation_fraction"), py::arg("seed"), "Indices of training and of validation samples.");
-  module.def(
-      "background_windows",
-      [](std::size_t count, const ReadImage& read, std::size_t wanted, int width_px, int height_px, std::uint64_t seed,
-         const std::string& name, int threads) {
+      "mine_negatives",
+      [](const std::optional<HaarCascade>& cascade, int width, int height, std::size_t images, const py::object& read, std::size_t wanted,
+         double scale_factor, int seed, const std::string& name, int threads) {
         HaarCascade nothing;
-        nothing.window = {width_px, height_px};
-        const NegativeImages images = negative_images(count, read);
-        MinedNegatives mined{WindowSet(nothing.window), 0, 0, 0};
+        nothing.window = {width, height};
+        const NegativeImages source = negative_images(images, read);
+        std::optional<MinedNegatives> mined;
         {
-          const py::gil_scoped_release released;
-          mined = mine_negatives(nothing, images, wanted, 2.0, Rng(seed), name, threads);
+          const py::gil_scoped_release unlocked;
+          mined = mine_negatives(cascade ? *cascade : nothing, source, wanted, scale_factor, Rng(static_cast<std::uint64_t>(seed)), name,
+                                 threads);
         }
-        return window_array(mined.windows);
+        return py::make_tuple(std::move(mined->windows), mined->windows_looked_at, mined->windows_passed, mined->images_missing);
       },
-      py::arg("count"), py::arg("read"), py::arg("wanted"), py::arg("width_px"), py::arg("height_px"), py::arg("seed"), py::arg("name"),
-      py::arg("threads") = 1, "Windows at random places of `count` pictures; read(index) gives (intensity, valid or None) or None.");
+      py::arg("cascade"), py::arg("width"), py::arg("height"), py::arg("images"), py::arg("read"), py::arg("wanted"),
+      py::arg("scale_factor") = 1.25, py::arg("seed") = 1, py::arg("name") = "mining", py::arg("threads") = 1,
+      "Windows without object that pass the cascade (None: any), how many were looked at, how many passed, how many pictures were "
+      "missing.");
   module.def(
-      "feature_values",
-      [](const std::vector<Part>& parts, bool tilted, const py::array& windows) {
-        HaarFeature feature;
-        if (parts.empty() || parts.size() > feature.rects.size())
-          throw InvalidArgument("parts", static_cast<double>(parts.size()), "must be one to three rectangles");
-        for (std::size_t k = 0; k < parts.size(); ++k) feature.rects[k] = {rect_of(parts[k].first), parts[k].second};
-        feature.tilted = tilted;
-        const WindowSet set = window_set(windows, "windows");
-        check_feature(feature, set.window());
-        std::vector<float> values(set.size());
-        WindowSums(set, tilted ? WindowSums::Diagonal::kWith : WindowSums::Diagonal::kWithout).values(feature, values.data());
-        return py::array_t<float>(static_cast<py::ssize_t>(values.size()), values.data());
+      "train_cascade",
+      [](const WindowSet& positives, const std::optional<WindowSet>& validation_positives, const std::optional<WindowSet>& negatives,
+         const std::optional<WindowSet>& validation_negatives, std::size_t images, const py::object& read, const std::string& images_digest,
+         const std::vector<std::tuple<double, double, int, double>>& plan, const py::dict& config, int threads,
+         const std::optional<std::string>& checkpoint, bool resume, const py::object& progress) {
+        const WindowSet none(positives.window());
+        const CascadeTrainingData data{positives,
+                                       validation_positives.value_or(none),
+                                       negatives.value_or(none),
+                                       validation_negatives.value_or(none),
+                                       negative_images(images, read),
+                                       images_digest};
+        const auto settings = config_from<CascadeTrainerConfig>(config);
+        TrainingProgressSink sink;
+        if (!progress.is_none()) {
+          sink = [&progress](const TrainingProgress& at) {
+            const py::gil_scoped_acquire lock;
+            if (PyErr_CheckSignals() != 0) return false;
+            const py::object answer = progress(at.layer, at.layers, at.doing, at.features, at.max_features, at.fraction);
+            return answer.is_none() || answer.cast<bool>();
+          };
+        }
+        const py::gil_scoped_release unlocked;
+        return train_cascade(data, plan_of(plan), settings, threads, checkpoint, resume, sink);
       },
-      py::arg("parts"), py::arg("tilted"), py::arg("windows"), "One Haar feature on windows (n, height, width): (n,).");
+      py::arg("positives"), py::arg("validation_positives") = py::none(), py::arg("negatives") = py::none(),
+      py::arg("validation_negatives") = py::none(), py::arg("images") = 0, py::arg("read") = py::none(), py::arg("images_digest") = "",
+      py::arg("plan"), py::arg("config") = py::dict(), py::arg("threads") = 1, py::arg("checkpoint") = py::none(),
+      py::arg("resume") = false, py::arg("progress") = py::none(),
+      "read(index) gives a picture, a pair of picture and mask, or None; progress(layer, layers, doing, features, most features, fraction) "
+      "stops by False.");
+}
+
+template <class Config>
+py::list fields() {
+  FieldLister lister;
+  Config config;
+  config.visit(lister);
+  return lister.fields();
+}
+
+template <class Config>
+std::vector<std::string> all_violations(const py::dict& values) {
+  return violations(config_from<Config>(values));
 }
 
 }  // namespace
 
 void add_cascade(py::module_& module) {
+  add_windows(module);
   add_model(module);
-  add_samples(module);
-  module.def("cascade_detector_fields", [] { return fields_of<CascadeDetectorConfig>(); });
+  add_training(module);
   module.def(
-      "validate_cascade_detector", [](const py::dict& values) { return violations(config_from<CascadeDetectorConfig>(values)); },
-      py::arg("values"));
-  module.def("detect_objects", &detect, py::arg("cascade"), py::arg("intensity"), py::arg("valid") = py::none(),
-             py::arg("config") = py::dict(), py::arg("threads") = 1,
-             "boxes_px (n, 4): left, top, width, height; score (n,); neighbours (n,). Best score first.");
-  module.def("cascade_trainer_fields", [] { return fields_of<CascadeTrainerConfig>(); });
+      "check_plan", [](const std::vector<std::tuple<double, double, int, double>>& plan) { check_plan(plan_of(plan)); }, py::arg("plan"));
   module.def(
-      "validate_cascade_trainer", [](const py::dict& values) { return violations(config_from<CascadeTrainerConfig>(values)); },
-      py::arg("values"));
+      "split_by_recording",
+      [](const std::vector<int>& recordings, double validation_fraction, int seed) {
+        SampleSplit split = split_by_recording(recordings, validation_fraction, Rng(static_cast<std::uint64_t>(seed)));
+        return std::make_pair(std::move(split.training), std::move(split.validation));
+      },
+      py::arg("recordings"), py::arg("validation_fraction"), py::arg("seed") = 1, "Indices of training and of validation samples.");
   module.def(
-      "thesis_plan", [] { return layers_of(thesis_plan()); }, "Per layer: detection rate, false positive rate, most features.");
+      "in_8_bits",
+      [](const py::array& image, const std::optional<py::array>& valid) { return array_of(in_8_bits(image_of(image, valid)).intensity); },
+      py::arg("image"), py::arg("valid") = py::none(), "As it is if it has 8 bits, otherwise its valid range drawn out to 0..255.");
+  module.def("validate_cascade_trainer", &all_violations<CascadeTrainerConfig>, py::arg("values"));
+  module.def("validate_cascade_detector", &all_violations<CascadeDetectorConfig>, py::arg("values"));
+  module.def("validate_augmentation", &all_violations<AugmentationConfig>, py::arg("values"));
+  module.def("cascade_trainer_fields", &fields<CascadeTrainerConfig>);
+  module.def("cascade_detector_fields", &fields<CascadeDetectorConfig>);
+  module.def("augmentation_fields", &fields<AugmentationConfig>);
   module.def(
-      "check_plan", [](const std::vector<std::tuple<double, double, int>>& plan) { check_plan(plan_of(plan)); }, py::arg("plan"));
-  module.def("train_cascade", &train, py::arg("positives"), py::arg("recordings"), py::arg("validation_positives"),
-             py::arg("validation_negatives"), py::arg("negative_count"), py::arg("read_negative"), py::arg("negatives_digest"),
-             py::arg("plan"), py::arg("config"), py::arg("threads") = 1, py::arg("checkpoint") = py::none(), py::arg("resume") = false,
-             py::arg("progress") = py::none(), py::arg("negatives") = py::none(),
-             "Windows are (n, height, width) of uint8. read_negative(index) gives (intensity, valid or None) or None.\n"
-             "progress(dict) -> False asks to stop (KeyboardInterrupt).");
+      "detect_objects",
+      [](const HaarCascade& cascade, const py::array& image, const std::optional<py::array>& valid, const py::dict& config, int threads) {
+        const SonarImage picture = image_of(image, valid);
+        const CascadeDetector detector(cascade, config_from<CascadeDetectorConfig>(config));
+        std::vector<Detection> detections;
+        {
+          const py::gil_scoped_release unlocked;
+          detections = detector.detect(picture, threads);
+        }
+        return rows_of(detections);
+      },
+      py::arg("cascade"), py::arg("image"), py::arg("valid") = py::none(), py::arg("config") = py::dict(), py::arg("threads") = 1,
+      "n x 6: x, y, width, height (px), score, windows in the group; best score first.");
+  module.def(
+      "haar_features",
+      [](const std::string& set, int width, int height) {
+        CascadeTrainerConfig config = config_from<CascadeTrainerConfig>(py::dict(py::arg("feature_set") = set));
+        return features_of(enumerate_features(config.feature_set, {width, height}));
+      },
+      py::arg("set"), py::arg("width"), py::arg("height"), "Every feature of a set: (tilted, [(x, y, width, height, weight), ...]).");
+  module.def(
+      "contour_signature",
+      [](const py::array& mask) -> py::object {
+        const auto signature = contour_signature(view(mask, "mask"));
+        if (!signature) return py::none();
+        return py::make_tuple(signature->distance, signature->spectrum);
+      },
+      py::arg("mask"),
+      "Distances from the boundary to the centroid (mean 1) and the magnitudes of their harmonics; None without a region.");
+  module.def(
+      "highlight_mask", [](const py::array& picture) { return array_of(highlight_mask(view(picture, "picture"))); }, py::arg("picture"));
 }
 
 }  // namespace ssjs::bindings

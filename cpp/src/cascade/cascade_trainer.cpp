@@ -23,6 +23,7 @@ constexpr std::size_t kBytesInMegabyte = 1000000;
 constexpr double kLeastShareOfNegatives = 0.1;  // of those wanted: with fewer a layer would learn single windows by heart
 constexpr double kLessThanOne = 0.5;
 constexpr double kAsymmetryStep = 8;
+constexpr int kFewStumps = 8;
 constexpr double kShiftStep = 0.125;
 
 std::string text(double number) {
@@ -247,6 +248,11 @@ class Trainer {
     return mined;
   }
 
+  [[nodiscard]] bool reaches(const LayerTarget& target, const LayerRecord& record) const {
+    return record.false_positive_rate <= target.false_positive_rate &&
+           record.false_positive_rate <= target.false_alarm_rate * false_positive_rate_;
+  }
+
   struct Attempt {
     CascadeStage stage;
     std::vector<HaarFeature> features;  ///< of the whole cascade with this stage
@@ -268,8 +274,7 @@ class Trainer {
     std::vector<float> values(table.samples());
     std::vector<MovableStump> stumps;
     Attempt attempt{{}, {}, {0, 0, 1, target.detection_rate, target.false_positive_rate, 0, 0}};
-    while (attempt.record.features < target.max_features &&
-           !(attempt.record.features > 0 && attempt.record.false_positive_rate <= target.false_positive_rate)) {
+    while (attempt.record.features < target.max_features && !(attempt.record.features > 0 && reaches(target, attempt.record))) {
       report("boosting", attempt.record.features);
       for (std::size_t i = 0; i < objects; ++i) weights[i] *= for_objects;
       const auto stump = best_stump(table, weights, config_.boost, threads_);
@@ -296,7 +301,8 @@ class Trainer {
     return attempt;
   }
 
-  /// (C-17): of all moves the one that lets the fewest windows without object pass while the objects still do.
+  /// (C-17): the greatest move with which the target is reached, which leaves objects not seen yet the most room; if there is none,
+  /// the one that lets the fewest windows without object pass. The objects judged by pass with either.
   void settle(const std::vector<MovableStump>& stumps, const LayerTarget& target, const StageSums& sums, std::size_t objects,
               Attempt& attempt) const {
     const Followed& judges = validation_objects_ ? *validation_objects_ : objects_;
@@ -316,10 +322,13 @@ class Trainer {
         const auto negatives = static_cast<double>(sums.of_move(m).size() - objects);
         false_positive_rate = false_positive_rate_ * std::max(static_cast<double>(passed), kLessThanOne) / negatives;
       }
-      if (best && false_positive_rate >= attempt.record.false_positive_rate) continue;
+      LayerRecord record = attempt.record;
+      record.false_positive_rate = false_positive_rate;
+      record.detection_rate = judges.rate_at(mark, m);
+      const bool reached = reaches(target, record);
+      if (best && !reached && (reaches(target, attempt.record) || false_positive_rate >= attempt.record.false_positive_rate)) continue;
       best = m;
-      attempt.record.false_positive_rate = false_positive_rate;
-      attempt.record.detection_rate = judges.rate_at(mark, m);
+      attempt.record = record;
       attempt.stage.threshold = stage.threshold;
     }
     attempt.features = cascade_.features;
@@ -352,9 +361,9 @@ class Trainer {
       if (attempt.stage.weak.empty()) return "no feature tells the objects from the rest";
       attempt.record.negatives = static_cast<int>(mined.windows.size());
       attempt.record.negatives_looked_at = mined.windows_looked_at;
-      const bool reached = attempt.record.false_positive_rate <= target.false_positive_rate;
+      const bool reached = reaches(target, attempt.record);
       if (!best || attempt.record.false_positive_rate < best->record.false_positive_rate) best = std::move(attempt);
-      if (reached) break;
+      if (reached || target.max_features > kFewStumps) break;
     }
     const LayerRecord& record = best->record;
     // (C-18)

@@ -13,7 +13,8 @@ TrainingPlan thesis_plan() {
 
 TrainingPlan uniform_plan(int layers, double detection_rate, double false_positive_rate, int max_features) {
   TrainingPlan plan;
-  for (int k = 1; k <= layers; ++k) plan.push_back({std::pow(detection_rate, k), std::pow(false_positive_rate, k), max_features});
+  for (int k = 1; k <= layers; ++k)
+    plan.push_back({std::pow(detection_rate, k), std::pow(false_positive_rate, k), max_features, false_positive_rate});
   check_plan(plan);
   return plan;
 }
@@ -23,7 +24,7 @@ void check_plan(const TrainingPlan& plan) {
   for (std::size_t k = 0; k < plan.size(); ++k) {
     const LayerTarget& layer = plan[k];
     const std::string name = "plan, layer " + std::to_string(k + 1);
-    for (const double rate : {layer.detection_rate, layer.false_positive_rate})
+    for (const double rate : {layer.detection_rate, layer.false_positive_rate, layer.false_alarm_rate})
       if (!(rate > 0 && rate <= 1)) throw InvalidArgument(name, rate, "rates must lie in (0, 1]");
     if (layer.max_features < 1) throw InvalidArgument(name, layer.max_features, "max_features must be at least 1");
     if (k == 0) continue;

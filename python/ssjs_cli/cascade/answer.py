@@ -40,9 +40,8 @@ def answer_training(directory: Path, document: dict[str, Any], failures: Sequenc
         ),
     ]
     if totals["objects_left_out"]:
-        lines.append(
-            f"{totals['objects_left_out']} objects left out, the first: {document['left_out'][0]['object']}, {document['left_out'][0]['reason']}"
-        )
+        first = document["left_out"][0]
+        lines.append(f"{totals['objects_left_out']} objects left out, the first: {first['object']}, {first['reason']}")
     lines += [
         f"{name:<9}{directory / file}" for name, file in (("model", "cascade.json"), ("OpenCV", "cascade.xml"), ("report", "report.html"))
     ]

@@ -2,12 +2,13 @@
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.labelled_images import mirrored_names
 from ssjs_cli.cascade.model_file import Model, load_model
 from ssjs_cli.cascade.one_image import OVERLAYS, DetectionTask, detect_in_image
 from ssjs_cli.cascade.settings import DETECTION, DETECTOR_PREFIX, SettingsRequest, part, resolve_cascade
@@ -37,6 +38,7 @@ class DetectionRequest:
     model: Path
     images: Sequence[str]
     settings: SettingsRequest = field(default_factory=SettingsRequest)
+    mirrored: str | None = None
     jobs: int | None = None
     with_overlays: bool = True
     out: Path | None = None
@@ -61,7 +63,7 @@ def detect(request: DetectionRequest, session: Session) -> FinishedDetection:
         overlays = partial / OVERLAYS if request.with_overlays else None
         if overlays is not None:
             overlays.mkdir()
-        outcomes = outcomes_of(images, model, settings, request.jobs, overlays, session)
+        outcomes = outcomes_of(images, model, settings, request.jobs, overlays, session, mirrored_names(images, request.mirrored))
         failures = [(image.name, outcomes[image.stem].reason) for image in images if outcomes[image.stem].record is None]
         records = [record for image in images if (record := outcomes[image.stem].record) is not None]
         document = {
@@ -93,7 +95,13 @@ def detect(request: DetectionRequest, session: Session) -> FinishedDetection:
 
 
 def outcomes_of(
-    images: Sequence[ListedImage], model: Model, settings: Settings, jobs: int | None, overlays: Path | None, session: Session
+    images: Sequence[ListedImage],
+    model: Model,
+    settings: Settings,
+    jobs: int | None,
+    overlays: Path | None,
+    session: Session,
+    mirrored: Set[str],
 ) -> dict[str, Outcome]:
     """By the stem of the image. One image is searched by all workers, many by one each. Raises UserError if none could be used."""
     workers = jobs or os.cpu_count() or 1
@@ -110,6 +118,7 @@ def outcomes_of(
                 settings=values,
                 threads=workers if len(images) == 1 else 1,
                 overlay=None if overlays is None else str(overlays / f"{image.stem}.png"),
+                mirrored=image.name in mirrored,
             ),
         )
         for image in images

@@ -17,10 +17,10 @@ from ssjs_cli.cascade.samples import PictureSource
 from ssjs_cli.cascade.scoring import Curve, ImageMatch, Scored, bootstrap_band, curve, match, wilson_band
 from ssjs_cli.cascade.settings import BOOTSTRAP_KEY, EVALUATION, IOU_KEY, WINDOWS_KEY, SettingsRequest, resolve_cascade
 from ssjs_cli.cascade.window_boxes import window_box
+from ssjs_cli.cascade.windows import background_windows, judged, no_windows, stages_of, window_of
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.atomic import new_directory
-from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.session import Session
 from ssjs_cli.studies.study_folder import key_of
 from ssjs_cli.studies.tables import csv_text, json_text
@@ -91,7 +91,9 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
     out = request.out or Path("runs") / f"{Path(os.path.abspath(request.images[0])).stem}-cascade-evaluation"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     with new_directory(out, force=request.force, why_not_ours=why_not_an_evaluation, kind=KIND) as partial:
-        outcomes = outcomes_of(listed, model, settings, request.jobs, None, session)
+        outcomes = outcomes_of(
+            listed, model, settings, request.jobs, None, session, {image.listed.name for image in labelled.images if image.mirrored}
+        )
         failures = list(labelled.problems)
         matches, rows, kept = [], [], []
         for image, recording in zip(labelled.images, recordings, strict=True):
@@ -135,32 +137,35 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
 def layer_table(model: Model, labelled: LabelledImages, wanted: int, seed: int, threads: int) -> list[dict[str, Any]]:
     """Rates of the cascade up to each layer: on the windows of the objects, and on windows at random places that touch no object."""
     cascade = model.cascade
-    size = (cascade.width_px, cascade.height_px)
+    size = cascade.window
     windows = []
     for image in labelled.images:
         if not image.boxes:
             continue
-        picture = read_image(image.listed.path)
-        levels = _core.in_8_bits(picture.levels, picture.valid)
-        for box in image.boxes:
-            grown = window_box(box, model.margin, size, (picture.width_px, picture.height_px))
-            window = None if grown is None else _core.training_window(levels, grown, *size)
+        levels, boxes = image.read_levels()
+        for box in boxes:
+            grown = window_box(box, model.margin, size, (image.width_px, image.height_px))
+            window = None if grown is None else window_of(levels, grown, *size)
             if window is not None:
                 windows.append(window)
-    pictures = PictureSource([image.listed.path for image in labelled.images], [image.boxes for image in labelled.images])
-    background = _core.background_windows(len(pictures), pictures.read, wanted, *size, seed, "windows of the layer table", threads)
-    objects = np.stack(windows) if windows else np.zeros((0, size[1], size[0]), dtype=np.uint8)
-    of_objects, _ = cascade.judge(objects)
-    of_background, _ = cascade.judge(background)
+    pictures = PictureSource(
+        [image.listed.path for image in labelled.images],
+        [image.boxes for image in labelled.images],
+        [image.mirrored for image in labelled.images],
+    )
+    background = background_windows(len(pictures), pictures.read, wanted, *size, seed, "windows of the layer table", threads)
+    objects = np.stack(windows) if windows else no_windows(*size)
+    of_objects, _ = judged(cascade, objects)
+    of_background, _ = judged(cascade, background)
     rows = []
-    for layer, stage in enumerate(cascade.stages, 1):
+    for layer, stage in enumerate(stages_of(cascade), 1):
         detected, passed = int((of_objects >= layer).sum()), int((of_background >= layer).sum())
         low, high = wilson_band(detected, len(of_objects))
         false_low, false_high = wilson_band(passed, len(of_background))
         rows.append(
             {
                 "layer": layer,
-                "features": len(stage["weak"]),
+                "features": len(stage.weak),
                 "detection_rate": _rounded(detected / max(len(of_objects), 1)),
                 "detection_rate_low": _rounded(low),
                 "detection_rate_high": _rounded(high),

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ssjs_cli import _core
 from ssjs_cli.cascade.settings import MASK_GAP_KEY, MIN_OBJECT_KEY
 from ssjs_cli.config import Settings
@@ -20,22 +23,33 @@ from ssjs_cli.segmentation.picture_input import MaskSource
 
 @dataclass(frozen=True)
 class LabelSource:
-    """Exactly one of masks and annotations; label: only objects of that class."""
+    """Exactly one of masks and annotations; label: only objects of that class; mirrored: see mirrored_names()."""
 
     masks: Path | None = None
     annotations: Path | None = None
     label: str | None = None
+    mirrored: str | None = None
 
 
 @dataclass(frozen=True)
 class LabelledImage:
-    """boxes: of the objects, within the picture; digest: of the file."""
+    """boxes: of the objects, within the picture; digest: of the file; mirrored: shadows fall the other way than in the other images."""
 
     listed: ListedImage
     boxes: tuple[Box, ...]
     width_px: int
     height_px: int
     digest: str
+    mirrored: bool = False
+
+    def read_levels(self) -> tuple[NDArray[np.uint8], tuple[Box, ...]]:
+        """In 8 bits with the boxes, both turned left to right where the image is mirrored."""
+        picture = read_image(self.listed.path)
+        levels = _core.in_8_bits(picture.levels, picture.valid)
+        if not self.mirrored:
+            return levels, self.boxes
+        boxes = tuple((self.width_px - left - width, top, width, height) for left, top, width, height in self.boxes)
+        return np.ascontiguousarray(levels[:, ::-1]), boxes
 
 
 @dataclass(frozen=True)
@@ -51,14 +65,14 @@ class LabelledImages:
         return sum(len(image.boxes) for image in self.images)
 
 
-def label_source(masks: str | None, annotations: str | None, label: str | None) -> LabelSource:
+def label_source(masks: str | None, annotations: str | None, label: str | None, mirrored: str | None = None) -> LabelSource:
     if (masks is None) == (annotations is None):
         raise UserError("give either --masks DIR or --annotations FILE: they say where the objects are")
     if masks is not None and label is not None:
         raise UserError("--label: masks have no classes; use --annotations, or leave --label out")
     if masks is not None and not Path(masks).is_dir():
         raise UserError(f"{masks}: is no folder; --masks takes the folder that holds a mask for each image")
-    return LabelSource(None if masks is None else Path(masks), None if annotations is None else Path(annotations), label)
+    return LabelSource(None if masks is None else Path(masks), None if annotations is None else Path(annotations), label, mirrored)
 
 
 def read_labelled_images(arguments: Sequence[str], source: LabelSource, settings: Settings) -> LabelledImages:
@@ -74,6 +88,7 @@ def read_labelled_images(arguments: Sequence[str], source: LabelSource, settings
         known = [image.path for image in listed]
         problems += [(name, f"{annotations.path}: names '{name}', which is not among the images; add it") for name in finder.unfound(known)]
     unlabelled = 0
+    turned = mirrored_names(listed, source.mirrored)
     for entry in listed:
         try:
             image = read_image(entry.path)
@@ -96,7 +111,7 @@ def read_labelled_images(arguments: Sequence[str], source: LabelSource, settings
             continue
         least = int(settings.values[MIN_OBJECT_KEY] or 1)
         kept = tuple(box for box in boxes if box[2] >= least and box[3] >= least)
-        images.append(LabelledImage(entry, kept, image.width_px, image.height_px, file_digest(entry.path)))
+        images.append(LabelledImage(entry, kept, image.width_px, image.height_px, file_digest(entry.path), entry.name in turned))
     if not images:
         raise UserError("\n".join(reason for _, reason in problems[:20]) or "no image could be used")
     return LabelledImages(images, problems, unlabelled)
@@ -129,6 +144,17 @@ def _boxes_of_mask(mask: Mask, image: LevelImage, settings: Settings) -> list[Bo
 def file_digest(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def mirrored_names(images: Sequence[ListedImage], pattern: str | None) -> set[str]:
+    """Images whose name the pattern matches are of the other side of the vehicle: there, shadows fall the other way."""
+    if pattern is None:
+        return set()
+    try:
+        expression = re.compile(pattern)
+    except re.error as error:
+        raise UserError(f"--mirrored {pattern}: is no regular expression ({error}); for example '^right_'") from error
+    return {image.name for image in images if expression.search(image.name)}
 
 
 def recording_names(images: Sequence[ListedImage], pattern: str | None) -> list[str]:

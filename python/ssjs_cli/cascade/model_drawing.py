@@ -1,12 +1,10 @@
 """Haar features drawn over the mean object: where they add is light, where they subtract is dark."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from ssjs_cli.cascade.windows import Feature
 from ssjs_cli.segmentation.pictures import Pixels
 
 PICTURE_PX = 120
@@ -15,7 +13,7 @@ _ADDED, _SUBTRACTED = (255, 196, 61), (20, 60, 160)
 _OPACITY = 0.62
 
 
-def feature_picture(feature: Mapping[str, Any], mean: NDArray[np.uint8] | None, window_px: tuple[int, int]) -> Pixels:
+def feature_picture(feature: Feature, mean: NDArray[np.uint8] | None, window_px: tuple[int, int]) -> Pixels:
     """mean: the mean positive of the window's size; None: plain grey."""
     scale = max(1, PICTURE_PX // max(window_px))
     size = (scale * window_px[0], scale * window_px[1])
@@ -28,13 +26,13 @@ def feature_picture(feature: Mapping[str, Any], mean: NDArray[np.uint8] | None, 
     return np.rint(result).astype(np.uint8)
 
 
-def feature_weights(feature: Mapping[str, Any], size: tuple[int, int], scale: int) -> NDArray[np.float64]:
+def feature_weights(feature: Feature, size: tuple[int, int], scale: int) -> NDArray[np.float64]:
     """What the feature multiplies each pixel with, of a window magnified `scale` times."""
     total = np.zeros((size[1], size[0]))
-    for (left, top, width, height), weight in feature["parts"]:
+    for left, top, width, height, weight in feature.parts:
         canvas = Image.new("L", size, 0)
         draw = ImageDraw.Draw(canvas)
-        if feature["tilted"]:
+        if feature.tilted:
             corners = [
                 (left, top),
                 (left + width, top + width),
@@ -56,7 +54,7 @@ def drawn_out(levels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.rint(255.0 * (levels.astype(np.float64) - low) / (high - low)).astype(np.uint8)
 
 
-def describe_feature(feature: Mapping[str, Any]) -> str:
+def describe_feature(feature: Feature) -> str:
     """'8 dark : 1 bright, bright right' for two regions side by side along the range axis, otherwise the number of rectangles."""
     proportion = side_scan_proportion(feature)
     if proportion is None:
@@ -65,14 +63,14 @@ def describe_feature(feature: Mapping[str, Any]) -> str:
     return f"{dark}:1{', gap' if gap else ''}, bright {'right' if bright_is_right else 'left'}"
 
 
-def side_scan_proportion(feature: Mapping[str, Any]) -> tuple[int, bool, bool] | None:
+def side_scan_proportion(feature: Feature) -> tuple[int, bool, bool] | None:
     """Dark to bright, whether they are apart, whether the bright region is on the right; None for features of another kind."""
-    parts = feature["parts"]
-    if feature["tilted"] or len(parts) not in (2, 3):
+    parts = feature.parts
+    if feature.tilted or len(parts) not in (2, 3):
         return None
-    (left, top, width, height), outer_weight = parts[0]
-    bright_box, bright_weight = parts[-1]
-    same_rows = all(box[1] == top and box[3] == height for box, _ in parts)
+    left, top, width, height, outer_weight = parts[0]
+    *bright_box, bright_weight = parts[-1]
+    same_rows = all(part[1] == top and part[3] == height for part in parts)
     at_right = bright_box[0] + bright_box[2] == left + width
     at_left = bright_box[0] == left
     if not same_rows or outer_weight != -1 or at_left == at_right:

@@ -18,7 +18,7 @@ class Model:
     """margin: part of an object's size that the windows hold on each side of it; digest: of the file."""
 
     path: Path
-    cascade: _core.Cascade
+    cascade: _core.HaarCascade
     margin: float
     digest: str
 
@@ -30,7 +30,7 @@ def load_model(path: Path) -> Model:
         path = path / MODEL_FILE
     try:
         digest = file_digest(path)
-        cascade = _core.Cascade.load(str(path))
+        cascade = _core.HaarCascade.load(str(path))
     except OSError as error:
         if error.errno is not None:
             raise UserError(describe_os_error(error, str(path))) from error
@@ -40,15 +40,15 @@ def load_model(path: Path) -> Model:
     return Model(path, cascade, margin_of(cascade), digest)
 
 
-def margin_of(cascade: _core.Cascade) -> float:
+def margin_of(cascade: _core.HaarCascade) -> float:
     """0 for models of other programs."""
     try:
-        return float(cascade.provenance["settings"].get(MARGIN_SETTING, 0.0))
+        return float(cascade.provenance()["settings"].get(MARGIN_SETTING, 0.0))
     except ValueError:
         return 0.0
 
 
 @functools.lru_cache(maxsize=2)
-def cascade_from_text(text: str) -> _core.Cascade:
+def cascade_from_text(text: str) -> _core.HaarCascade:
     """In a worker: once for all of its images."""
-    return _core.Cascade.from_json(text, "the model")
+    return _core.HaarCascade.from_json(text)

@@ -16,6 +16,7 @@ from ssjs_cli.formats.image_file import read_image, write_png
 
 OVERLAYS = "overlays"
 SCORE_DECIMALS = 6
+SIDE, AS_TRAINED, MIRRORED = "side", "as_trained", "mirrored"
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,14 @@ class DetectionTask:
     settings: Mapping[str, Scalar]
     threads: int = 1
     overlay: str | None = None
+    mirrored: bool = False
+
+
+def seen_from(task: DetectionTask) -> dict[str, Scalar]:
+    """The detector's settings; mirrored images turn the side round."""
+    if not task.mirrored:
+        return dict(task.settings)
+    return {**task.settings, SIDE: AS_TRAINED if task.settings[SIDE] == MIRRORED else MIRRORED}
 
 
 def detect_in_image(task: DetectionTask) -> dict[str, Any]:
@@ -37,18 +46,18 @@ def detect_in_image(task: DetectionTask) -> dict[str, Any]:
     path = Path(task.path)
     image = read_image(path)
     started_s = time.perf_counter()
-    found = _core.detect_objects(cascade_from_text(task.model), image.levels, image.valid, task.settings, task.threads)
+    found = _core.detect_objects(cascade_from_text(task.model), image.levels, image.valid, seen_from(task), task.threads)
     time_detect_s = time.perf_counter() - started_s
     rows = []
     boxes = []
-    for window, score, neighbours in zip(found["boxes_px"].tolist(), found["score"].tolist(), found["neighbours"].tolist(), strict=True):
-        box = object_box((window[0], window[1], window[2], window[3]), task.margin)
+    for *window, score, neighbours in found.tolist():
+        box = object_box((int(window[0]), int(window[1]), int(window[2]), int(window[3])), task.margin)
         boxes.append(DrawnBox(box, FOUND, f"{score:.2f}"))
         left, top, width, height = box
         rows.append(
             {
                 "image": task.name, "x_px": left, "y_px": top, "width_px": width, "height_px": height,
-                "score": round(score, SCORE_DECIMALS), "neighbours": neighbours,
+                "score": round(score, SCORE_DECIMALS), "neighbours": int(neighbours),
             }
         )  # fmt: skip
     if task.overlay is not None:

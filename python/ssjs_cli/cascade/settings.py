@@ -25,7 +25,7 @@ DETECTOR_PREFIX = "detector."
 WINDOW_WIDTH_KEY = "window.width_px"
 WINDOW_HEIGHT_KEY = "window.height_px"
 MARGIN_KEY = "window.margin"
-COPIES_KEY = "samples.copies"
+COPIES_KEY = "augmentation.copies"
 BACKGROUND_KEY = "samples.use_background"
 MASK_GAP_KEY = "samples.mask_gap_px"
 MIN_OBJECT_KEY = "samples.min_object_px"
@@ -48,14 +48,13 @@ _SAMPLE_FIELDS = (
         MARGIN_KEY, "float", 0.1, (), "must lie in [0, 2]",
         "part of an object's box added on each side, so that the window holds some of the ground around it",
     ),
-    FieldDescription(COPIES_KEY, "int", 4, (), "must lie in [0, 1000]", "changed windows made of each object besides the object itself"),
     FieldDescription(
         BACKGROUND_KEY, "bool", True, (), "",
         "mine false alarms in the pictures with objects, too, around their boxes; not where objects are unlabelled",
     ),
     *_MASK_FIELDS,
     FieldDescription(
-        VALIDATION_FRACTION_KEY, "float", 0.2, (), "must lie in [0, 0.9]", "part of the objects, by whole recordings, held back for validation"
+        VALIDATION_FRACTION_KEY, "float", 0.2, (), "must lie in [0, 0.9]", "part of the objects, by whole recordings, held back to validate"
     ),
     FieldDescription(VALIDATION_WINDOWS_KEY, "int", 20000, (), "must lie in [100, 10000000]", "windows without object held back"),
 )  # fmt: skip
@@ -71,7 +70,6 @@ _BOUNDS: Mapping[str, tuple[float, float]] = {
     WINDOW_WIDTH_KEY: (3, 256),
     WINDOW_HEIGHT_KEY: (3, 256),
     MARGIN_KEY: (0, 2),
-    COPIES_KEY: (0, 1000),
     VALIDATION_FRACTION_KEY: (0, 0.9),
     VALIDATION_WINDOWS_KEY: (100, 10_000_000),
     IOU_KEY: (0.01, 1),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli.cascade.model_file import MEAN_FILE, Model, load_model
+from ssjs_cli.cascade.windows import stages_of
 from ssjs_cli.errors import UserError
 from ssjs_cli.exit_codes import DONE
 from ssjs_cli.formats.atomic import write_file
@@ -33,33 +34,35 @@ def show_model(path: Path, out: Path | None, session: Session, *, force: bool) -
         raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
     layers = layer_rows(model)
     cascade = model.cascade
+    provenance = cascade.provenance()
     target.parent.mkdir(parents=True, exist_ok=True)
     write_file(target, model_page(model, layers, mean_positive(model)))
     document = {
         "model": model.path.name,
         "model_sha256": model.digest,
-        "window_px": [cascade.width_px, cascade.height_px],
-        "trained_with": cascade.provenance["trained_with"] or None,
-        "stopped_because": cascade.provenance["stopped_because"] or None,
-        "settings": cascade.provenance["settings"],
-        "features": len(cascade.features),
+        "window_px": list(cascade.window),
+        "trained_with": provenance["trained_with"] or None,
+        "stopped_because": provenance["stopped_because"] or None,
+        "settings": provenance["settings"],
+        "features": len(cascade.features()),
         "layers": layers,
         "page": str(target),
     }
-    origin = cascade.provenance["trained_with"] or "another program"
-    text = f"{model.path.name}: {cascade.width_px} x {cascade.height_px} px, {len(layers)} layers, {len(cascade.features)} features, by {origin}"
+    origin = provenance["trained_with"] or "another program"
+    size = f"{cascade.window[0]} x {cascade.window[1]} px"
+    text = f"{model.path.name}: {size}, {len(layers)} layers, {len(cascade.features())} features, by {origin}"
     session.answer(document, f"{text}\n{terminal_table('Layers', COLUMNS, layers)}\npage     {target}")
     return DONE
 
 
 def layer_rows(model: Model) -> list[dict[str, Any]]:
     """What the model says about its layers; rates only where its training has left them."""
-    records = model.cascade.provenance["layers"]
+    records = model.cascade.provenance()["layers"]
     rows = []
-    for position, stage in enumerate(model.cascade.stages):
+    for position, stage in enumerate(stages_of(model.cascade)):
         record = records[position] if position < len(records) else {}
-        rows.append({"layer": position + 1, "features": len(stage["weak"]), "threshold": stage["threshold"], **record})
-        rows[-1]["features"] = len(stage["weak"])
+        rows.append({"layer": position + 1, "features": len(stage.weak), "threshold": stage.threshold, **record})
+        rows[-1]["features"] = len(stage.weak)
     return rows
 
 
@@ -72,6 +75,4 @@ def mean_positive(model: Model) -> NDArray[np.uint8] | None:
         levels = read_image(path).levels
     except UserError:
         return None
-    return (
-        levels.astype(np.uint8) if levels.shape == (model.cascade.height_px, model.cascade.width_px) and levels.dtype == np.uint8 else None
-    )
+    return levels.astype(np.uint8) if levels.shape == model.cascade.window[::-1] and levels.dtype == np.uint8 else None

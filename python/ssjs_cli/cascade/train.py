@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
-from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, read_labelled_images, recording_names
+from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, mirrored_names, read_labelled_images, recording_names
 from ssjs_cli.cascade.model_file import MEAN_FILE, MODEL_FILE, XML_FILE
 from ssjs_cli.cascade.plan_file import Plan, plan_text, read_plan
 from ssjs_cli.cascade.samples import TrainingSamples, make_samples
 from ssjs_cli.cascade.settings import TRAINER_PREFIX, TRAINING, SettingsRequest, part, resolve_cascade
+from ssjs_cli.cascade.windows import core_seed, window_set
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import InterruptionError, UserError
 from ssjs_cli.formats.atomic import check_replaceable, new_directory
@@ -38,8 +39,6 @@ LAYER_KEYS = (
     *("layer", "features", "detection_rate", "false_positive_rate", "target_detection_rate", "target_false_positive_rate"),
     *("negatives", "negatives_looked_at"),
 )
-#: The generator of the trainer takes whole numbers of 31 bits.
-_SEED_MODULUS = 2**31
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class Trained:
 
     title: str
     seed: int
-    cascade: _core.Cascade
+    cascade: _core.HaarCascade
     labelled: LabelledImages
     samples: TrainingSamples
     settings: Settings
@@ -112,6 +111,7 @@ def train(request: TrainingRequest, session: Session) -> FinishedTraining:
             settings,
             seed,
             threads,
+            mirrored_names(negatives, request.labels.mirrored),
         )
     if len(samples.negatives) == 0:
         raise UserError("no picture is left to take windows without object from; give more --negatives, or a lower validation.fraction")
@@ -140,31 +140,27 @@ def train(request: TrainingRequest, session: Session) -> FinishedTraining:
 
 def _trained(
     samples: TrainingSamples, plan: Plan, settings: Settings, seed: int, threads: int, checkpoint: Path, resume: bool
-) -> _core.Cascade:
-    def optional(windows: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-        return windows if len(windows) else None
-
+) -> _core.HaarCascade:
     with interruptible("training") as watch:
 
-        def report(now: dict[str, Any]) -> bool:
-            watch.describe(f"layer {now['layer']} of {now['layers']}, {now['doing']}, {now['features']} of {now['max_features']} features")
-            return watch(now["fraction"])
+        def report(layer: int, layers: int, doing: str, features: int, max_features: int, fraction: float) -> bool:
+            watch.describe(f"layer {layer} of {layers}, {doing}, {features} of {max_features} features")
+            return watch(fraction)
 
         try:
             cascade = _core.train_cascade(
-                samples.positives,
-                samples.recordings,
-                optional(samples.validation_positives),
-                optional(samples.validation_negatives),
-                len(samples.negatives),
-                samples.negatives.read,
-                samples.negatives.digest(),
-                plan,
-                {**part(settings.values, TRAINER_PREFIX), "seed": seed % _SEED_MODULUS},
-                threads,
-                str(checkpoint),
-                resume and checkpoint.exists(),
-                report,
+                window_set(samples.positives, samples.recordings),
+                window_set(samples.validation_positives),
+                validation_negatives=window_set(samples.validation_negatives),
+                images=len(samples.negatives),
+                read=samples.negatives.read,
+                images_digest=samples.negatives.digest(),
+                plan=plan,
+                config={**part(settings.values, TRAINER_PREFIX), "seed": core_seed(seed)},
+                threads=threads,
+                checkpoint=str(checkpoint),
+                resume=resume and checkpoint.exists(),
+                progress=report,
             )
         except KeyboardInterrupt as error:
             left = f"; the layers so far are in {checkpoint}: carry on with --resume" if checkpoint.exists() else ""
@@ -204,13 +200,13 @@ def write_training(directory: Path, trained: Trained, *, with_report: bool) -> d
 
 
 def _summary(trained: Trained) -> dict[str, Any]:
-    provenance = trained.cascade.provenance
+    provenance = trained.cascade.provenance()
     samples, labelled = trained.samples, trained.labelled
     return {
         "version": _core.version(),
         "seed": trained.seed,
         "configuration_digest": key_of({**trained.settings.values, "plan": trained.plan}),
-        "window_px": [trained.cascade.width_px, trained.cascade.height_px],
+        "window_px": list(trained.cascade.window),
         "stopped_because": provenance["stopped_because"],
         "totals": {
             "images": len(labelled.images),

@@ -28,7 +28,11 @@ _settings_options = _options(
     click.option("--config", "config_path", type=click.Path(), default=None, help="TOML file, such as the config.toml of a result."),
     click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated."),
 )
+_mirrored_option = click.option(
+    "--mirrored", default=None, metavar="REGEX", help="Images of the other side of the vehicle, by name: shadows fall the other way there."
+)
 _label_options = _options(
+    _mirrored_option,
     click.option("--masks", type=click.Path(), default=None, metavar="DIR", help="A mask for each image, of the same name."),
     click.option(
         "--annotations",
@@ -84,7 +88,7 @@ def train(session: Session, /, **options: Any) -> int:
 
     request = TrainingRequest(
         options["positives"],
-        label_source(options["masks"], options["annotations"], options["label"]),
+        label_source(options["masks"], options["annotations"], options["label"], options["mirrored"]),
         options["negatives"],
         plan=_path(options["plan"]),
         recordings=options["recordings"],
@@ -102,6 +106,7 @@ def train(session: Session, /, **options: Any) -> int:
 @cascade.command()
 @click.argument("model", type=click.Path())
 @click.argument("images", nargs=-1, required=True)
+@_mirrored_option
 @_settings_options
 @click.option("--jobs", type=click.IntRange(1), default=None, help="Workers (default: one a core); the result does not depend on them.")
 @click.option("--no-overlays", is_flag=True, help="Leave out the pictures with boxes.")
@@ -123,6 +128,7 @@ def detect(session: Session, /, model: str, images: tuple[str, ...], **options: 
         Path(model),
         images,
         settings=_settings(options),
+        mirrored=options["mirrored"],
         jobs=options["jobs"],
         with_overlays=not options["no_overlays"],
         out=_path(options["out"]),
@@ -155,7 +161,7 @@ def evaluate(session: Session, /, model: str, images: tuple[str, ...], **options
     request = EvaluationRequest(
         Path(model),
         images,
-        label_source(options["masks"], options["annotations"], options["label"]),
+        label_source(options["masks"], options["annotations"], options["label"], options["mirrored"]),
         recordings=options["recordings"],
         settings=_settings(options),
         jobs=options["jobs"],

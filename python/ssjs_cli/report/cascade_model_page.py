@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ssjs_cli import _core
 from ssjs_cli.cascade.model_drawing import describe_feature, drawn_out, feature_picture
 from ssjs_cli.cascade.model_file import Model
+from ssjs_cli.cascade.windows import features_of, stages_of
 from ssjs_cli.report.cascade_page import CardGroup, CascadePage, card, render_cascade
 from ssjs_cli.report.study_page import Sheet, sheet
 
@@ -32,25 +33,25 @@ def layer_sheet(layers: Sequence[dict[str, Any]]) -> Sheet:
     return sheet("layers", "Layers", LAYER_SHEET, layers, note=note)
 
 
-def feature_groups(cascade: _core.Cascade, mean: NDArray[np.uint8] | None) -> list[CardGroup]:
+def feature_groups(cascade: _core.HaarCascade, mean: NDArray[np.uint8] | None) -> list[CardGroup]:
     groups = []
     left = MAX_CARDS
-    size = (cascade.width_px, cascade.height_px)
-    features = cascade.features
-    for layer, stage in enumerate(cascade.stages, 1):
+    size = cascade.window
+    features = features_of(cascade)
+    for layer, stage in enumerate(stages_of(cascade), 1):
         cards = []
-        for weak in stage["weak"][:left]:
-            for number, threshold, _, _ in weak["nodes"]:
+        for weak in stage.weak[:left]:
+            for number, threshold, _, _ in weak.nodes:
                 votes = (
-                    f"below {weak['leaves'][0]:+.2f}, else {weak['leaves'][1]:+.2f}"
-                    if len(weak["nodes"]) == 1
-                    else f"tree of {len(weak['nodes'])} nodes"
+                    f"below {weak.leaves[0]:+.2f}, else {weak.leaves[1]:+.2f}"
+                    if len(weak.nodes) == 1
+                    else f"tree of {len(weak.nodes)} nodes"
                 )
                 picture = feature_picture(features[number], mean, size)
                 cards.append(card(picture, describe_feature(features[number]), f"threshold {threshold:.4g}", votes))
         left -= len(cards)
-        shown = f", {len(cards)} of {len(stage['weak'])} shown" if len(cards) < len(stage["weak"]) else ""
-        note = f"{len(stage['weak'])} features{shown}; passes from {stage['threshold']:.4f}"
+        shown = f", {len(cards)} of {len(stage.weak)} shown" if len(cards) < len(stage.weak) else ""
+        note = f"{len(stage.weak)} features{shown}; passes from {stage.threshold:.4f}"
         groups.append(CardGroup(f"layer-{layer}", f"Layer {layer}", cards, note))
         if left <= 0:
             break
@@ -59,9 +60,9 @@ def feature_groups(cascade: _core.Cascade, mean: NDArray[np.uint8] | None) -> li
 
 def model_page(model: Model, layers: Sequence[dict[str, Any]], mean: NDArray[np.uint8] | None) -> str:
     cascade = model.cascade
-    provenance = cascade.provenance
+    provenance = cascade.provenance()
     facts = [
-        ("window", f"{cascade.width_px} x {cascade.height_px} px"),
+        ("window", f"{cascade.window[0]} x {cascade.window[1]} px"),
         ("layers", str(len(layers))),
         ("features", str(sum(layer["features"] for layer in layers))),
         ("by", provenance["trained_with"] or "another program"),

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssjs_cli import _core
 from ssjs_cli.cascade.model_drawing import describe_feature, drawn_out
+from ssjs_cli.cascade.windows import Feature, features_of, stages_of
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.cascade_model_page import feature_groups, layer_sheet
 from ssjs_cli.report.cascade_page import CardGroup, CascadePage, card, render_cascade
@@ -34,7 +34,7 @@ def training_page(trained: "Trained", document: Mapping[str, Any]) -> str:
         ("windows of them", count_text(totals["positives"])),
         ("held back", f"{count_text(totals['objects_held_back'])} objects, {count_text(totals['windows_held_back'])} windows without"),
         ("pictures without objects", count_text(totals["negative_pictures"])),
-        ("window", f"{trained.cascade.width_px} x {trained.cascade.height_px} px"),
+        ("window", f"{trained.cascade.window[0]} x {trained.cascade.window[1]} px"),
         ("layers", str(totals["layers"])),
         ("features", str(totals["features"])),
         ("seed", str(trained.seed)),
@@ -108,15 +108,15 @@ def response_plots(trained: "Trained") -> list[Plot]:
     positives, negatives = trained.samples.positives, trained.samples.validation_negatives
     if len(negatives) == 0:
         return []
-    features = trained.cascade.features
-    chosen = [weak["nodes"][0] for stage in trained.cascade.stages for weak in stage["weak"]][:SINGLE_FEATURES]
+    features = features_of(trained.cascade)
+    chosen = [weak.nodes[0] for stage in stages_of(trained.cascade) for weak in stage.weak][:SINGLE_FEATURES]
     plots = []
     for place, (number, threshold, _, _) in enumerate(chosen, 1):
         feature = features[number]
         heading = f"Feature {place} of the model: {describe_feature(feature)}"
         plots.append(response_plot(f"response-{place}", heading, feature, positives, negatives, threshold))
     for dark in PROPORTIONS:
-        proportion = side_by_side(dark, trained.cascade.width_px, trained.cascade.height_px)
+        proportion = side_by_side(dark, *trained.cascade.window)
         if proportion is not None:
             plots.append(
                 response_plot(f"proportion-{dark}", f"{dark} dark to 1 bright, over the whole window", proportion, positives, negatives)
@@ -124,19 +124,19 @@ def response_plots(trained: "Trained") -> list[Plot]:
     return plots
 
 
-def side_by_side(dark: int, width_px: int, height_px: int) -> dict[str, Any] | None:
+def side_by_side(dark: int, width_px: int, height_px: int) -> Feature | None:
     """Bright on the left, the shadow to the right of it, as wide as the window allows."""
     bright = width_px // (dark + 1)
     if bright < 1:
         return None
     left, top, height = (width_px - bright * (dark + 1)) // 2, height_px // 4, max(1, height_px // 2)
-    return {"parts": [((left, top, bright * (dark + 1), height), -1.0), ((left, top, bright, height), dark + 1.0)], "tilted": False}
+    return Feature(False, [(left, top, bright * (dark + 1), height, -1.0), (left, top, bright, height, dark + 1.0)])
 
 
 def response_plot(
     div_id: str,
     heading: str,
-    feature: Mapping[str, Any],
+    feature: Feature,
     positives: NDArray[np.uint8],
     negatives: NDArray[np.uint8],
     threshold: float | None = None,
@@ -144,9 +144,9 @@ def response_plot(
     traces: list[Trace] = []
     for windows, name, colour in ((negatives, "without object", NEGATIVE), (positives, "object", POSITIVE)):
         chosen = windows[np.linspace(0, len(windows) - 1, min(MAX_POINTS, len(windows))).astype(int)]
-        values = _core.feature_values(feature["parts"], feature["tilted"], chosen)
+        values = feature.values(chosen)
         trace: Trace = {
-            "type": "scatter", "mode": "markers", "name": name, "x": list(range(len(values))), "y": style.listed(values.astype(np.float64), 5),
+            "type": "scatter", "mode": "markers", "name": name, "x": list(range(len(values))), "y": style.listed(values, 5),
             "marker": {"color": colour, "size": 4, "opacity": 0.65}, "hovertemplate": f"{name} %{{x}}: %{{y:.4f}}<extra></extra>",
         }  # fmt: skip
         traces.append(trace)
@@ -159,10 +159,10 @@ def response_plot(
     return Plot(div_id, heading, {"data": traces, "layout": layout}, notes)
 
 
-def _separation(feature: Mapping[str, Any], positives: NDArray[np.uint8], negatives: NDArray[np.uint8]) -> float:
+def _separation(feature: Feature, positives: NDArray[np.uint8], negatives: NDArray[np.uint8]) -> float:
     """The best mean of both kinds' rates over all thresholds and both directions."""
-    of_objects = np.sort(_core.feature_values(feature["parts"], feature["tilted"], positives))
-    of_others = np.sort(_core.feature_values(feature["parts"], feature["tilted"], negatives))
+    of_objects = np.sort(feature.values(positives))
+    of_others = np.sort(feature.values(negatives))
     cuts = np.concatenate([of_objects, of_others])
     below = np.searchsorted(of_objects, cuts, side="right") / len(of_objects) - np.searchsorted(of_others, cuts, side="right") / len(
         of_others

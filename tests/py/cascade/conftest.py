@@ -28,7 +28,7 @@ max_features = 10
 """
 SMALL = (
     "window.width_px=12", "window.height_px=12", "training.feature_set=side_scan", "training.max_asymmetry=1",
-    "training.negatives_per_layer=300", "validation.windows=2000", "samples.copies=2",
+    "training.negatives_per_layer=300", "validation.windows=2000", "augmentation.copies=2",
 )  # fmt: skip
 
 

@@ -101,7 +101,7 @@ def test_all_objects_identical(cli: Cli, new_scenes: Callable[..., Any], tmp_pat
     for folder in (scenes.positives, scenes.masks):
         for path in folder.iterdir():
             path.write_bytes((folder / first.name).read_bytes())
-    answer = cli(*quick(scenes, tmp_path / "out", "--set", "samples.copies=0", "--set", "samples.use_background=false"))
+    answer = cli(*quick(scenes, tmp_path / "out", "--set", "augmentation.copies=0", "--set", "samples.use_background=false"))
     assert answer.code == 0, answer.err
     assert (tmp_path / "out" / "cascade.json").is_file()
 

@@ -14,9 +14,9 @@ if not hasattr(cv2, "CascadeClassifier"):
 END_OF_STAGE = "</weakClassifiers></_>"
 
 
-def ours(model: _core.Cascade, image: np.ndarray, **config: object) -> set[tuple[int, ...]]:
+def ours(model: _core.HaarCascade, image: np.ndarray, **config: object) -> set[tuple[int, ...]]:
     found = _core.detect_objects(model, image, None, {"min_neighbours": 0, **config})
-    return {tuple(box) for box in found["boxes_px"].tolist()}
+    return {tuple(int(value) for value in row[:4]) for row in found.tolist()}
 
 
 def theirs(path: Path, image: np.ndarray, **options: object) -> set[tuple[int, ...]]:
@@ -37,7 +37,7 @@ def pictures(count: int) -> list[np.ndarray]:
 
 
 def test_opencv_finds_the_same_windows_at_every_scale(trained: Path, scenes: object) -> None:
-    model = _core.Cascade.load(str(trained / "cascade.json"))
+    model = _core.HaarCascade.load(str(trained / "cascade.json"))
     total = 0
     for name in sorted(scenes.boxes):
         image = cv2.imread(str(scenes.positives / name), cv2.IMREAD_GRAYSCALE)
@@ -48,8 +48,8 @@ def test_opencv_finds_the_same_windows_at_every_scale(trained: Path, scenes: obj
 
 
 def test_opencv_finds_the_same_windows_at_scale_one(trained: Path, scenes: object) -> None:
-    model = _core.Cascade.load(str(trained / "cascade.json"))
-    size = (model.width_px, model.height_px)
+    model = _core.HaarCascade.load(str(trained / "cascade.json"))
+    size = model.window
     limits = {"max_width_px": size[0], "max_height_px": size[1]}
     total = 0
     for name in sorted(scenes.boxes):
@@ -62,7 +62,7 @@ def test_opencv_finds_the_same_windows_at_scale_one(trained: Path, scenes: objec
 
 def test_opencvs_own_face_model_finds_the_same_windows_here() -> None:
     path = Path(cv2.data.haarcascades) / "haarcascade_frontalface_default.xml"
-    model = _core.Cascade.load(str(path))
+    model = _core.HaarCascade.load(str(path))
     assert len(model.stages) == 25
     for image in pictures(5):
         assert ours(model, image) == theirs(path, image)
@@ -76,7 +76,7 @@ def test_the_first_layers_of_opencvs_face_model_find_the_same_windows_here(tmp_p
     rest = text[text.index("</stages>") :]
     shortened = tmp_path / "first_layers.xml"
     shortened.write_text((first + END_OF_STAGE + second + END_OF_STAGE + rest).replace("<stageNum>25</stageNum>", "<stageNum>2</stageNum>"))
-    model = _core.Cascade.load(str(shortened))
+    model = _core.HaarCascade.load(str(shortened))
     assert len(model.stages) == 2
     total = 0
     for image in pictures(5):
@@ -87,8 +87,8 @@ def test_the_first_layers_of_opencvs_face_model_find_the_same_windows_here(tmp_p
 
 
 def test_xml_comes_back_as_it_was(trained: Path) -> None:
-    model = _core.Cascade.load(str(trained / "cascade.json"))
-    again = _core.Cascade.from_opencv_xml(model.to_opencv_xml(), "again")
-    assert again.features == model.features
+    model = _core.HaarCascade.load(str(trained / "cascade.json"))
+    again = _core.HaarCascade.from_opencv_xml(model.to_opencv_xml())
+    assert again.features() == model.features()
     assert again.stages == model.stages
     assert again.to_opencv_xml() == model.to_opencv_xml()

@@ -41,7 +41,7 @@ struct CascadeTrainerConfig {
     v.field("min_improvement", min_improvement, Rule::open(0, 1),
             "a layer that lowers the false positive rate by a lesser part ends the training");
     v.field("max_asymmetry", max_asymmetry, Rule::at_least(1),
-            "a layer that misses its target is tried again with objects that weigh up to so much");
+            "a layer of few features that misses its target is tried again with objects that weigh up to so much");
     v.field("max_shift", max_shift, Rule::closed(0, 10),
             "deviations of the objects' feature values by which the stumps of a layer may be moved towards accepting");
     v.field("memory_mb", memory_mb, Rule::at_least(1),

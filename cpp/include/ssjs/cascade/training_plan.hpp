@@ -10,6 +10,7 @@ struct LayerTarget {
   double detection_rate = 0;
   double false_positive_rate = 0;
   int max_features = 0;
+  double false_alarm_rate = 1;  ///< of what reaches this layer, no more than this part passes it
 };
 using TrainingPlan = std::vector<LayerTarget>;
 

@@ -60,7 +60,7 @@ class BoxFinder:
                 best, best_depth = name, depth
             elif depth == best_depth and best is not None:
                 raise UserError(
-                    f"{self._annotations.path}: both '{best}' and '{name}' may mean {image}; give names with their folders in the annotations"
+                    f"{self._annotations.path}: both '{best}' and '{name}' may mean {image}; give names with their folders there"
                 )
         return None if best is None else self._annotations.images[best]
 
