@@ -115,6 +115,7 @@ def outcomes_of(
                 name=image.name,
                 model=text,
                 margin=model.margin,
+                smoothing_px=model.smoothing_px,
                 settings=values,
                 threads=workers if len(images) == 1 else 1,
                 overlay=None if overlays is None else str(overlays / f"{image.stem}.png"),

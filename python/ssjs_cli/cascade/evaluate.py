@@ -142,7 +142,7 @@ def layer_table(model: Model, labelled: LabelledImages, wanted: int, seed: int, 
     for image in labelled.images:
         if not image.boxes:
             continue
-        levels, boxes = image.read_levels()
+        levels, boxes = image.read_levels(model.smoothing_px)
         for box in boxes:
             grown = window_box(box, model.margin, size, (image.width_px, image.height_px))
             window = None if grown is None else window_of(levels, grown, *size)
@@ -152,6 +152,7 @@ def layer_table(model: Model, labelled: LabelledImages, wanted: int, seed: int, 
         [image.listed.path for image in labelled.images],
         [image.boxes for image in labelled.images],
         [image.mirrored for image in labelled.images],
+        model.smoothing_px,
     )
     background = background_windows(len(pictures), pictures.read, wanted, *size, seed, "windows of the layer table", threads)
     objects = np.stack(windows) if windows else no_windows(*size)

@@ -58,7 +58,7 @@ def describe_feature(feature: Feature) -> str:
     """'8 dark : 1 bright, bright right' for two regions side by side along the range axis, otherwise the number of rectangles."""
     proportion = side_scan_proportion(feature)
     if proportion is None:
-        return f"{'tilted, ' if feature['tilted'] else ''}{len(feature['parts'])} rectangles"
+        return f"{'tilted, ' if feature.tilted else ''}{len(feature.parts)} rectangles"
     dark, gap, bright_is_right = proportion
     return f"{dark}:1{', gap' if gap else ''}, bright {'right' if bright_is_right else 'left'}"
 

@@ -10,16 +10,18 @@ from ssjs_cli.errors import UserError, describe_os_error
 MODEL_FILE = "cascade.json"
 XML_FILE = "cascade.xml"
 MEAN_FILE = "mean_positive.png"
-MARGIN_SETTING = "window.margin"
+MARGIN_SETTING, SMOOTHING_SETTING = "window.margin", "image.smoothing_px"
 
 
 @dataclass(frozen=True)
 class Model:
-    """margin: part of an object's size that the windows hold on each side of it; digest: of the file."""
+    """margin: part of an object's size that the windows hold on each side of it; smoothing_px: pictures are averaged over so many pixels
+    first; digest: of the file."""
 
     path: Path
     cascade: _core.HaarCascade
     margin: float
+    smoothing_px: int
     digest: str
 
 
@@ -37,15 +39,15 @@ def load_model(path: Path) -> Model:
         raise UserError(f"{error}; give a model of `cascade train`, or OpenCV's cascade XML") from error
     except ValueError as error:
         raise UserError(f"{path}: {error}; give a model of `cascade train`, or OpenCV's cascade XML") from error
-    return Model(path, cascade, margin_of(cascade), digest)
+    return Model(path, cascade, _number(cascade, MARGIN_SETTING, 0.0), int(_number(cascade, SMOOTHING_SETTING, 1.0)), digest)
 
 
-def margin_of(cascade: _core.HaarCascade) -> float:
-    """0 for models of other programs."""
+def _number(cascade: _core.HaarCascade, setting: str, otherwise: float) -> float:
+    """otherwise: for models of other programs."""
     try:
-        return float(cascade.provenance()["settings"].get(MARGIN_SETTING, 0.0))
+        return float(cascade.provenance()["settings"].get(setting, otherwise))
     except ValueError:
-        return 0.0
+        return otherwise
 
 
 @functools.lru_cache(maxsize=2)

@@ -10,6 +10,7 @@ from ssjs_cli import _core
 from ssjs_cli.cascade.box_pictures import FOUND, DrawnBox, overlay
 from ssjs_cli.cascade.labelled_images import file_digest
 from ssjs_cli.cascade.model_file import cascade_from_text
+from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.cascade.window_boxes import object_box
 from ssjs_cli.config import Scalar
 from ssjs_cli.formats.image_file import read_image, write_png
@@ -27,6 +28,7 @@ class DetectionTask:
     name: str
     model: str
     margin: float
+    smoothing_px: int
     settings: Mapping[str, Scalar]
     threads: int = 1
     overlay: str | None = None
@@ -46,7 +48,9 @@ def detect_in_image(task: DetectionTask) -> dict[str, Any]:
     path = Path(task.path)
     image = read_image(path)
     started_s = time.perf_counter()
-    found = _core.detect_objects(cascade_from_text(task.model), image.levels, image.valid, seen_from(task), task.threads)
+    found = _core.detect_objects(
+        cascade_from_text(task.model), smoothed(image.levels, image.valid, task.smoothing_px), image.valid, seen_from(task), task.threads
+    )
     time_detect_s = time.perf_counter() - started_s
     rows = []
     boxes = []

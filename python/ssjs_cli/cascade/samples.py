@@ -15,12 +15,14 @@ from ssjs_cli.cascade.settings import (
     AUGMENTATION_PREFIX,
     BACKGROUND_KEY,
     MARGIN_KEY,
+    SMOOTHING_KEY,
     VALIDATION_FRACTION_KEY,
     VALIDATION_WINDOWS_KEY,
     WINDOW_HEIGHT_KEY,
     WINDOW_WIDTH_KEY,
     part,
 )
+from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.cascade.window_boxes import window_box
 from ssjs_cli.cascade.windows import Windows, background_windows, core_seed, no_windows, window_of, window_set
 from ssjs_cli.config import Settings
@@ -40,6 +42,7 @@ class PictureSource:
     paths: list[Path]
     boxes: list[tuple[Box, ...]]
     mirrored: list[bool]
+    smoothing_px: int = 1
     problems: dict[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -53,7 +56,7 @@ class PictureSource:
         except UserError as error:
             self.problems.setdefault(path.name, str(error))
             return None
-        levels, valid = image.levels, image.valid
+        levels, valid = smoothed(image.levels, image.valid, self.smoothing_px), image.valid
         if self.boxes[index]:
             valid = np.full(levels.shape, 255, dtype=np.uint8) if valid is None else valid.copy()
             for left, top, width, height in self.boxes[index]:
@@ -65,7 +68,7 @@ class PictureSource:
 
     def digest(self) -> str:
         """Of the files' content and the boxes."""
-        hash_ = hashlib.sha256()
+        hash_ = hashlib.sha256(f"smoothed over {self.smoothing_px} px".encode())
         for path, boxes, mirrored in zip(self.paths, self.boxes, self.mirrored, strict=True):
             try:
                 hash_.update(file_digest(path).encode())
@@ -96,7 +99,7 @@ def window_size(settings: Settings) -> tuple[int, int]:
 def object_windows(image: LabelledImage, settings: Settings) -> tuple[list[NDArray[np.uint8]], list[tuple[str, str]]]:
     """A window (height, width) of each usable object; and the others with the reason."""
     width_px, height_px = window_size(settings)
-    levels, boxes = image.read_levels()
+    levels, boxes = image.read_levels(int(settings.values[SMOOTHING_KEY] or 1))
     made: list[NDArray[np.uint8]] = []
     left_out = []
     for number, box in enumerate(boxes, 1):
@@ -140,7 +143,13 @@ def make_samples(
     training, validation = _core.split_by_recording(group_recordings, fraction, core_seed(seed))
     held_back = {group_recordings[index] for index in validation}
     for_training, for_validation = _split_pictures(
-        negatives, [number_of[name] for name in negative_recordings], mirrored_negatives, held_back, fraction, seed
+        int(settings.values[SMOOTHING_KEY] or 1),
+        negatives,
+        [number_of[name] for name in negative_recordings],
+        mirrored_negatives,
+        held_back,
+        fraction,
+        seed,
     )
     if settings.values[BACKGROUND_KEY]:
         for image, recording in zip(labelled.images, recordings, strict=True):
@@ -172,13 +181,19 @@ def make_samples(
 
 
 def _split_pictures(
-    negatives: Sequence[ListedImage], recordings: Sequence[int], mirrored: Set[str], held_back: set[int], fraction: float, seed: int
+    smoothing_px: int,
+    negatives: Sequence[ListedImage],
+    recordings: Sequence[int],
+    mirrored: Set[str],
+    held_back: set[int],
+    fraction: float,
+    seed: int,
 ) -> tuple[PictureSource, PictureSource]:
     """Pictures of recordings held back validate; of the recordings without objects some are drawn besides."""
     apart = [index for index, recording in enumerate(recordings) if recording not in held_back]
     _, drawn = _core.split_by_recording([recordings[index] for index in apart], fraction, core_seed(seed)) if apart else ([], [])
     validating = {apart[index] for index in drawn} | {index for index, recording in enumerate(recordings) if recording in held_back}
-    sides = (PictureSource([], [], []), PictureSource([], [], []))
+    sides = (PictureSource([], [], [], smoothing_px), PictureSource([], [], [], smoothing_px))
     for index, image in enumerate(negatives):
         side = sides[index in validating]
         side.paths.append(image.path)

@@ -22,6 +22,7 @@ from ssjs_cli.config import (
 TRAINER_PREFIX = "training."
 AUGMENTATION_PREFIX = "augmentation."
 DETECTOR_PREFIX = "detector."
+SMOOTHING_KEY = "image.smoothing_px"
 WINDOW_WIDTH_KEY = "window.width_px"
 WINDOW_HEIGHT_KEY = "window.height_px"
 MARGIN_KEY = "window.margin"
@@ -42,6 +43,10 @@ _MASK_FIELDS = (
     FieldDescription(MIN_OBJECT_KEY, "int", 4, (), "must be at least 1", "objects narrower or lower than this are left out"),
 )  # fmt: skip
 _SAMPLE_FIELDS = (
+    FieldDescription(
+        SMOOTHING_KEY, "int", 1, (), "must be odd and lie in [1, 31]",
+        "pictures are averaged over squares of so many pixels first, in training and detection; 1: as they are, and as OpenCV takes them",
+    ),
     FieldDescription(WINDOW_WIDTH_KEY, "int", 24, (), "must lie in [3, 256]", "of the windows trained on: the smallest object found"),
     FieldDescription(WINDOW_HEIGHT_KEY, "int", 24, (), "must lie in [3, 256]", "of the windows trained on"),
     FieldDescription(
@@ -65,6 +70,7 @@ _EVALUATION_FIELDS = (
     *_MASK_FIELDS,
 )
 _BOUNDS: Mapping[str, tuple[float, float]] = {
+    SMOOTHING_KEY: (1, 31),
     MASK_GAP_KEY: (0, 1000),
     MIN_OBJECT_KEY: (1, float("inf")),
     WINDOW_WIDTH_KEY: (3, 256),
@@ -115,6 +121,8 @@ def _own_violations(values: Mapping[str, Scalar], fields: Sequence[FieldDescript
 
 def _training_violations(values: Mapping[str, Scalar]) -> list[str]:
     found = _own_violations(values, _SAMPLE_FIELDS)
+    if int(values[SMOOTHING_KEY] or 0) % 2 == 0:
+        found.append(f"{SMOOTHING_KEY} = {values[SMOOTHING_KEY]}: must be odd and lie in [1, 31]")
     found += [AUGMENTATION_PREFIX + text for text in _core.validate_augmentation(part(values, AUGMENTATION_PREFIX))]
     return found + [TRAINER_PREFIX + text for text in _core.validate_cascade_trainer(part(values, TRAINER_PREFIX))]
 

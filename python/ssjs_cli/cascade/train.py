@@ -80,7 +80,8 @@ class Trained:
 
     @property
     def mean_positive(self) -> NDArray[np.uint8]:
-        return np.rint(self.samples.positives.mean(axis=0)).astype(np.uint8)
+        mean: NDArray[np.uint8] = np.rint(self.samples.positives.mean(axis=0)).astype(np.uint8)
+        return mean
 
 
 def train(request: TrainingRequest, session: Session) -> FinishedTraining:
