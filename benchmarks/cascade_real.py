@@ -22,7 +22,17 @@ from ssjs_cli import _core
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, read_labelled_images, recording_names
 from ssjs_cli.cascade.samples import make_samples
 from ssjs_cli.cascade.scoring import ImageMatch, Scored, bootstrap_band, curve, match, wilson_band
-from ssjs_cli.cascade.settings import MARGIN_KEY, SMOOTHING_KEY, TRAINER_PREFIX, TRAINING, SettingsRequest, part, resolve_cascade
+from ssjs_cli.cascade.settings import (
+    DETECTION,
+    DETECTOR_PREFIX,
+    MARGIN_KEY,
+    SMOOTHING_KEY,
+    TRAINER_PREFIX,
+    TRAINING,
+    SettingsRequest,
+    part,
+    resolve_cascade,
+)
 from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.cascade.window_boxes import object_box
 from ssjs_cli.cascade.windows import judged, window_set
@@ -36,19 +46,18 @@ SDVD_MIRRORED = "^right_"
 #: Cumulative: detection rate, false positive rate; most features; of what reaches the layer, how much may pass. The first layers let go of
 #: objects that hardly show: one tile in two cuts its object.
 SDVD_PLAN = [
-    (0.96, 0.3, 6, 1.0),
-    (0.93, 0.08, 10, 1.0),
-    (0.90, 0.02, 14, 1.0),
-    (0.88, 0.006, 18, 1.0),
-    (0.86, 0.002, 22, 1.0),
-    (0.84, 0.0007, 26, 1.0),
-    (0.82, 0.0003, 30, 1.0),
+    (0.97, 0.25, 6, 1.0),
+    (0.94, 0.05, 12, 1.0),
+    (0.92, 0.01, 18, 1.0),
+    (0.90, 0.002, 24, 1.0),
+    (0.88, 0.0005, 30, 1.0),
+    (0.86, 0.0001, 36, 1.0),
 ]
 SDVD_SETTINGS = (
     "image.smoothing_px=5", "window.width_px=16", "window.height_px=16", "augmentation.copies=6", "training.feature_set=side_scan_basic",
     "training.max_asymmetry=1", "training.negatives_per_layer=1500",
 )  # fmt: skip
-SDVD_DETECTOR = {"min_neighbours": 2, "scale_factor": 1.1}
+SDVD_DETECTOR = ("detector.min_neighbours=3", "detector.min_width_px=24", "detector.max_width_px=120")
 KLSG_WINDOW_PX = 20
 
 
@@ -60,8 +69,13 @@ def folds_of(names: list[str], seed: int) -> list[int]:
     return [fold[name] for name in names]
 
 
-def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: int) -> dict[str, Any]:
-    settings, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_SETTINGS, *overrides]), TRAINING)
+def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models: Path | None, seed: int) -> dict[str, Any]:
+    """overrides: settings of the training, and of the detector with `detector.` before them."""
+    of_detector = [assignment for assignment in overrides if assignment.startswith(DETECTOR_PREFIX)]
+    of_training = [assignment for assignment in overrides if assignment not in of_detector]
+    settings, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_SETTINGS, *of_training]), TRAINING)
+    detecting, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_DETECTOR, *of_detector]), DETECTION)
+    detector = part(detecting.values, DETECTOR_PREFIX)
     labelled = read_labelled_images([str(folder / "images")], LabelSource(masks=folder / "masks", mirrored=SDVD_MIRRORED), settings)
     recordings = recording_names([image.listed for image in labelled.images], SDVD_RECORDING)
     negatives = listed_images([str(folder / "negatives")])
@@ -76,12 +90,18 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: 
             background, [image.name for image in background], settings, seed, jobs,
         )  # fmt: skip
         started_s = time.perf_counter()
-        cascade = _core.train_cascade(
-            window_set(samples.positives, samples.recordings), window_set(samples.validation_positives),
-            validation_negatives=window_set(samples.validation_negatives), images=len(samples.negatives), read=samples.negatives.read,
-            images_digest=samples.negatives.digest(), plan=SDVD_PLAN, config={**part(settings.values, TRAINER_PREFIX), "seed": seed},
-            threads=jobs,
-        )  # fmt: skip
+        kept = None if models is None else models / f"sdvd-fold-{fold}.json"
+        if kept is not None and kept.is_file():
+            cascade = _core.HaarCascade.load(str(kept))
+        else:
+            cascade = _core.train_cascade(
+                window_set(samples.positives, samples.recordings), window_set(samples.validation_positives),
+                validation_negatives=window_set(samples.validation_negatives), images=len(samples.negatives), read=samples.negatives.read,
+                images_digest=samples.negatives.digest(), plan=SDVD_PLAN, config={**part(settings.values, TRAINER_PREFIX), "seed": seed},
+                threads=jobs,
+            )  # fmt: skip
+            if kept is not None:
+                cascade.save(str(kept))
         time_s = time.perf_counter() - started_s
         margin, smoothing_px = float(settings.values[MARGIN_KEY] or 0.0), int(settings.values[SMOOTHING_KEY] or 1)
         tests = [
@@ -92,15 +112,11 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], seed: 
         tests += [(image.path, (), image.name, False) for image, number in zip(negatives, fold_of_negative, strict=True) if number == fold]
         for path, boxes, recording, mirrored in tests:
             image = read_image(path)
-            found = _core.detect_objects(
-                cascade,
-                smoothed(image.levels, image.valid, smoothing_px),
-                image.valid,
-                {**SDVD_DETECTOR, "side": "mirrored" if mirrored else "as_trained"},
-                jobs,
-            )
+            levels, side = smoothed(image.levels, image.valid, smoothing_px), "mirrored" if mirrored else "as_trained"
+            found = _core.detect_objects(cascade, levels, image.valid, {**detector, "side": side}, jobs)
             detections = [
-                Scored(object_box((int(box[0]), int(box[1]), int(box[2]), int(box[3])), margin), score) for *box, score, _ in found.tolist()
+                Scored(object_box((int(left), int(top), int(width), int(height)), margin), score, int(neighbours))
+                for left, top, width, height, score, neighbours in found.tolist()
             ]
             matches.append(match(detections, boxes, IOU, recording))
         records = cascade.provenance()["layers"]
@@ -194,7 +210,10 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--folds", default=",".join(str(fold) for fold in range(FOLDS)), help="which of the five (default: all)")
     parser.add_argument("--features", type=int, default=60, help="klsg: weak classifiers")
-    parser.add_argument("--set", dest="overrides", action="append", default=[], help="sdvd: a setting of the training")
+    parser.add_argument(
+        "--set", dest="overrides", action="append", default=[], help="sdvd: a setting of the training, or detector.min_neighbours, ..."
+    )
+    parser.add_argument("--models", type=Path, default=None, help="sdvd: folder of the trained models, which are used again")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     root = os.environ.get("SSJS_DATA")
@@ -203,7 +222,7 @@ def main() -> None:
     folds = [int(fold) for fold in arguments.folds.split(",")]
     folder = Path(root) / arguments.set
     if arguments.set == "sdvd":
-        result = sdvd(folder, arguments.jobs, folds, arguments.overrides, arguments.seed)
+        result = sdvd(folder, arguments.jobs, folds, arguments.overrides, arguments.models, arguments.seed)
     else:
         result = klsg(folder, arguments.jobs, folds, arguments.features, arguments.seed)
     print(json.dumps(result, indent=2))

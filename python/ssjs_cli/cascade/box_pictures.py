@@ -50,7 +50,7 @@ def cut_out(image: LevelImage, centre: Box, boxes: Sequence[DrawnBox], side_px: 
     first_column, first_row = max(0, math.floor(x)), max(0, math.floor(y))
     last_column, last_row = min(image.width_px, math.ceil(x + 2 * reach)), min(image.height_px, math.ceil(y + 2 * reach))
     piece = display_levels(image)[first_row:last_row, first_column:last_column]
-    canvas = np.empty((2 * reach + 2, 2 * reach + 2, 3), dtype=np.uint8)
+    canvas = np.empty((2 * reach + 1, 2 * reach + 1, 3), dtype=np.uint8)
     canvas[:] = INVALID
     row, column = first_row - math.floor(y), first_column - math.floor(x)
     canvas[row : row + piece.shape[0], column : column + piece.shape[1]] = piece[: canvas.shape[0] - row, : canvas.shape[1] - column]

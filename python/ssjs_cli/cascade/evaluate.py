@@ -102,7 +102,8 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
                 failures.append((image.listed.name, outcomes[image.listed.stem].reason))
                 continue
             detections = [
-                Scored((row["x_px"], row["y_px"], row["width_px"], row["height_px"]), row["score"]) for row in record["detections"]
+                Scored((row["x_px"], row["y_px"], row["width_px"], row["height_px"]), row["score"], row["neighbours"])
+                for row in record["detections"]
             ]
             matched = match(detections, image.boxes, float(settings.values[IOU_KEY] or 0.0), recording)
             matches.append(matched)

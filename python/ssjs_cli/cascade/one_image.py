@@ -48,9 +48,8 @@ def detect_in_image(task: DetectionTask) -> dict[str, Any]:
     path = Path(task.path)
     image = read_image(path)
     started_s = time.perf_counter()
-    found = _core.detect_objects(
-        cascade_from_text(task.model), smoothed(image.levels, image.valid, task.smoothing_px), image.valid, seen_from(task), task.threads
-    )
+    levels = smoothed(image.levels, image.valid, task.smoothing_px)
+    found = _core.detect_objects(cascade_from_text(task.model), levels, image.valid, seen_from(task), task.threads)
     time_detect_s = time.perf_counter() - started_s
     rows = []
     boxes = []

@@ -1,6 +1,6 @@
 """Detections against labelled boxes: which found what, and the curves that follow from it.
 
-A detection, best score first, takes the object that it overlaps most of those not taken yet, where the intersection over union reaches
+A detection, best first, takes the object that it overlaps most of those not taken yet, where the intersection over union reaches
 the limit; every other detection is false, a second one on the same object too. [everingham2010]
 FROC: share of objects found against false boxes an image, over all thresholds on the score. Precision and recall likewise.
 """
@@ -23,8 +23,15 @@ BAND = (2.5, 97.5)
 
 @dataclass(frozen=True)
 class Scored:
+    """neighbours: windows that agreed on the box; of equal scores more of them are better, for cascades of few features know few scores."""
+
     box: Box
     score: float
+    neighbours: int = 0
+
+    @property
+    def rank(self) -> tuple[float, int]:
+        return self.score, self.neighbours
 
 
 @dataclass(frozen=True)
@@ -42,7 +49,7 @@ class ImageMatch:
 
 
 def match(detections: Sequence[Scored], objects: Sequence[Box], iou: float, group: str = "") -> ImageMatch:
-    ordered = sorted(detections, key=lambda detection: -detection.score)
+    ordered = sorted(detections, key=lambda detection: detection.rank, reverse=True)
     free = set(range(len(objects)))
     found: list[int | None] = []
     for detection in ordered:
@@ -92,13 +99,13 @@ class Curve:
 
 
 def curve(matches: Sequence[ImageMatch]) -> Curve:
-    scores = np.array([detection.score for image in matches for detection in image.detections], dtype=np.float64)
+    ranks = np.array([detection.rank for image in matches for detection in image.detections], dtype=np.float64).reshape(-1, 2)
     true = np.array([index is not None for image in matches for index in image.found], dtype=bool)
-    order = np.argsort(-scores, kind="stable")
-    scores, true = scores[order], true[order]
-    last = np.flatnonzero(np.append(np.diff(scores) != 0, True)) if len(scores) else np.zeros(0, dtype=np.int64)
+    order = np.lexsort((-ranks[:, 1], -ranks[:, 0]))
+    ranks, true = ranks[order], true[order]
+    last = np.flatnonzero(np.append((np.diff(ranks, axis=0) != 0).any(axis=1), True)) if len(ranks) else np.zeros(0, dtype=np.int64)
     return Curve(
-        scores[last],
+        ranks[last, 0],
         np.cumsum(true)[last].astype(np.float64),
         np.cumsum(~true)[last].astype(np.float64),
         sum(len(image.objects) for image in matches),

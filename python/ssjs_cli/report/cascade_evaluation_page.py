@@ -79,8 +79,8 @@ def _froc(evaluated: "Evaluated") -> Plot:
         plot.notes.append("Band: recordings drawn again and again.")
     else:
         plot.notes.append("No band: all images count as one recording.")
-    x, y = style.listed(made.false_per_image[chosen], 6), style.listed(made.detection_rate[chosen], 6)
-    scores = style.listed(made.thresholds[chosen], 4)
+    x, y = [0.0, *style.listed(made.false_per_image[chosen], 6)], [0.0, *style.listed(made.detection_rate[chosen], 6)]
+    scores = [None, *style.listed(made.thresholds[chosen], 4)]  # above every score nothing is found
     hover = "score %{customdata:.3f}: %{y:.1%} at %{x:.3f} false boxes an image<extra></extra>"
     traces.append(
         {

@@ -51,7 +51,7 @@ def feature_groups(cascade: _core.HaarCascade, mean: NDArray[np.uint8] | None) -
                 cards.append(card(picture, describe_feature(features[number]), f"threshold {threshold:.4g}", votes))
         left -= len(cards)
         shown = f", {len(cards)} of {len(stage.weak)} shown" if len(cards) < len(stage.weak) else ""
-        note = f"{len(stage.weak)} features{shown}; passes from {stage.threshold:.4f}"
+        note = f"{len(stage.weak)} feature{'' if len(stage.weak) == 1 else 's'}{shown}; passes from {stage.threshold:.4f}"
         groups.append(CardGroup(f"layer-{layer}", f"Layer {layer}", cards, note))
         if left <= 0:
             break

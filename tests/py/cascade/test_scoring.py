@@ -46,6 +46,14 @@ def test_curves_by_hand() -> None:
     assert made.average_precision() == pytest.approx((1.0 + 2 / 3 + 3 / 5) / 3)
 
 
+def test_of_equal_scores_the_one_with_more_windows_is_better() -> None:
+    matched = match([Scored((50, 0, 10, 10), 1.0, 2), Scored((0, 0, 10, 10), 1.0, 9)], [(0, 0, 10, 10)], 0.5)
+    assert [detection.neighbours for detection in matched.detections] == [9, 2]
+    made = curve([matched])
+    assert made.thresholds.tolist() == [1.0, 1.0]
+    assert made.precision.tolist() == [1.0, 0.5]
+
+
 def test_nothing_detected_is_no_curve_and_no_error() -> None:
     made = curve([match([], [(0, 0, 10, 10)], 0.5)])
     assert made.rate_at(1.0) == 0.0
