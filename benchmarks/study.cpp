@@ -12,10 +12,12 @@ namespace {
 using ssjs::benchmarks::StudyOptions;
 
 constexpr const char* kUsage =
-    "usage: ssjs_study STUDY [--rounds N] [--seeds N] [--laps N] [--columns N] [--rows N] [--association known|jcbb] [--seed N] [--csv "
-    "FILE]\n"
+    "usage: ssjs_study STUDY [--rounds N] [--seeds N] [--laps N] [--columns N] [--rows N] [--association known|jcbb] [--limit-s N] [--seed "
+    "N] "
+    "[--csv FILE]\n"
     "  grid-survey  bare EKF loop, ekf, ssjs on scenario S     --rounds --seeds --seed\n"
     "  methods      every joining method on scenario S         --seeds --association --seed\n"
+    "  growth       every method over the number of landmarks  --limit-s --seed\n"
     "  revisit      global level, a fixed area                 --laps --rounds --association --seed --csv\n"
     "  exploration  global level, a growing field              --columns --rows --rounds --association --seed --csv\n"
     "  crossover    dense against sparse global level          --columns --rows --rounds --association --seed\n";
@@ -31,11 +33,8 @@ int whole_number(const std::string& flag, const std::string& text) {
 
 StudyOptions parse(int count, char** arguments) {
   StudyOptions options;
-  const std::map<std::string, int*> numbers{{"--rounds", &options.rounds},
-                                            {"--seeds", &options.seeds},
-                                            {"--laps", &options.laps},
-                                            {"--columns", &options.columns},
-                                            {"--rows", &options.rows}};
+  const std::map<std::string, int*> numbers{{"--rounds", &options.rounds},   {"--seeds", &options.seeds}, {"--laps", &options.laps},
+                                            {"--columns", &options.columns}, {"--rows", &options.rows},   {"--limit-s", &options.limit_s}};
   for (int i = 2; i < count; i += 2) {
     const std::string flag = arguments[i];
     if (i + 1 == count) throw std::invalid_argument(flag + ": needs a value");
@@ -59,11 +58,10 @@ StudyOptions parse(int count, char** arguments) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  const std::map<std::string, void (*)(const StudyOptions&)> studies{{"grid-survey", ssjs::benchmarks::study_grid_survey},
-                                                                     {"methods", ssjs::benchmarks::study_methods},
-                                                                     {"revisit", ssjs::benchmarks::study_revisit},
-                                                                     {"exploration", ssjs::benchmarks::study_exploration},
-                                                                     {"crossover", ssjs::benchmarks::study_crossover}};
+  const std::map<std::string, void (*)(const StudyOptions&)> studies{
+      {"grid-survey", ssjs::benchmarks::study_grid_survey}, {"methods", ssjs::benchmarks::study_methods},
+      {"growth", ssjs::benchmarks::study_growth},           {"revisit", ssjs::benchmarks::study_revisit},
+      {"exploration", ssjs::benchmarks::study_exploration}, {"crossover", ssjs::benchmarks::study_crossover}};
   const auto study = studies.find(count > 1 ? arguments[1] : "");
   if (study == studies.end()) {
     std::fputs(kUsage, stderr);

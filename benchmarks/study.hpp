@@ -12,6 +12,7 @@ struct StudyOptions {
   int laps = 40;                      ///< of the revisited circuit
   int columns = 200, rows = 100;      ///< landmarks of the explored field
   std::string association = "known";  ///< or "jcbb"
+  int limit_s = 60;                   ///< processor time of one point of the growth study
   std::uint64_t seed = 0;
   std::string csv;  ///< one line a closing; empty: no file
 };
@@ -25,6 +26,9 @@ void study_revisit(const StudyOptions& options);
 
 /// The global level per closing in a growing field: a landmark is seen from neighbouring lines only.
 void study_exploration(const StudyOptions& options);
+
+/// Every method over the number of landmarks, to where it stops being usable.
+void study_growth(const StudyOptions& options);
 
 /// The same closings with the dense covariance and with sparse port factors, by the number of live bases.
 void study_crossover(const StudyOptions& options);

@@ -14,6 +14,7 @@
 #include "arrays.hpp"
 #include "config.hpp"
 #include "parts.hpp"
+#include "region_tables.hpp"
 #include "ssjs/imaging/highlight_shadow.hpp"
 #include "ssjs/imaging/morphology.hpp"
 #include "ssjs/imaging/regions.hpp"
@@ -35,29 +36,6 @@ py::array mask_of(const py::array& array, const Operation& operation) {
   }
   return picture_array(result);
 }
-
-/// One value of each of many things as an array.
-template <class Value, class Things, class Get>
-py::array_t<Value> column(const Things& things, const Get& get) {
-  py::array_t<Value> values(static_cast<py::ssize_t>(things.size()));
-  std::transform(things.begin(), things.end(), values.mutable_data(), get);
-  return values;
-}
-
-/// `Width` values of each of many things as the rows of an array.
-template <class Value, std::size_t Width, class Things, class Get>
-py::array_t<Value> rows(const Things& things, const Get& get) {
-  py::array_t<Value> values({things.size(), Width});
-  Value* next = values.mutable_data();
-  for (const auto& thing : things) {
-    const std::array<Value, Width> row = get(thing);
-    next = std::copy(row.begin(), row.end(), next);
-  }
-  return values;
-}
-
-std::array<double, 2> xy(const cv::Point2d& point) { return {point.x, point.y}; }
-std::array<int, 4> xywh(const cv::Rect& box) { return {box.x, box.y, box.width, box.height}; }
 
 template <class Enum>
 Enum named(const char* argument, const std::string& name, const Choices<Enum>& choices) {
@@ -119,18 +97,7 @@ py::dict objects_of(const LabelledRegions& regions, double gap_px, const std::st
     const py::gil_scoped_release unlocked;
     objects = group_regions(regions, gap_px, weighting);
   }
-  py::array_t<int> object_of_region(static_cast<py::ssize_t>(regions.regions.size()));
-  int index = 0;
-  for (const RegionObject& object : objects) {
-    for (const int label : object.labels) object_of_region.mutable_at(label - 1) = index;
-    ++index;
-  }
-  py::dict dict;
-  dict["object_of_region"] = object_of_region;
-  dict["area_px"] = column<std::int64_t>(objects, [](const RegionObject& object) { return object.area_px; });
-  dict["centroid_px"] = rows<double, 2>(objects, [](const RegionObject& object) { return xy(object.centroid_px); });
-  dict["bounding_box_px"] = rows<int, 4>(objects, [](const RegionObject& object) { return xywh(object.bounding_box); });
-  return dict;
+  return object_table(objects, regions.regions.size());
 }
 
 void add_regions(py::module_& module) {

@@ -11,6 +11,7 @@
 #include "arrays.hpp"
 #include "config.hpp"
 #include "parts.hpp"
+#include "region_tables.hpp"
 #include "ssjs/imaging/highlight_shadow.hpp"
 #include "ssjs/imaging/histogram.hpp"
 #include "ssjs/imaging/improved_otsu.hpp"
@@ -51,31 +52,6 @@ py::dict values_of(SegmentationConfig config) {
     values[py::str("segmentation." + entry["key"].cast<std::string>())] = entry["default"];
   }
   return values;
-}
-
-/// object_of_region counts from 0; the rest has a row for each object.
-py::dict object_table(const SegmentationResult& result) {
-  const auto count = static_cast<py::ssize_t>(result.objects.size());
-  py::array_t<int> object_of_region(static_cast<py::ssize_t>(result.regions.regions.size()));
-  py::array_t<std::int64_t> area(count);
-  py::array_t<double> centroid({count, py::ssize_t{2}});
-  py::array_t<int> box({count, py::ssize_t{4}});
-  for (py::ssize_t k = 0; k < count; ++k) {
-    const RegionObject& object = result.objects[static_cast<std::size_t>(k)];
-    for (const int label : object.labels) object_of_region.mutable_at(label - 1) = static_cast<int>(k);
-    area.mutable_at(k) = object.area_px;
-    centroid.mutable_at(k, 0) = object.centroid_px.x;
-    centroid.mutable_at(k, 1) = object.centroid_px.y;
-    const cv::Rect& bounds = object.bounding_box;
-    const int numbers[] = {bounds.x, bounds.y, bounds.width, bounds.height};
-    for (py::ssize_t j = 0; j < 4; ++j) box.mutable_at(k, j) = numbers[j];
-  }
-  py::dict table;
-  table["object_of_region"] = object_of_region;
-  table["area_px"] = area;
-  table["centroid_px"] = centroid;
-  table["bounding_box_px"] = box;
-  return table;
 }
 
 py::object improved_otsu_dict(const std::optional<ImprovedOtsu>& answer) {
@@ -198,7 +174,7 @@ void add_segmentation(py::module_& module) {
         answer["improved_otsu"] = improved_otsu_dict(result.improved_otsu);
         answer["smallest_area_px"] = result.smallest_area_px;
         answer["mask"] = picture_array(result.mask);
-        answer["objects"] = object_table(result);
+        answer["objects"] = object_table(result.objects, result.regions.regions.size());
         answer["regions"] = std::move(result.regions);
         answer["steps"] = step_pictures(result.steps);
         return answer;

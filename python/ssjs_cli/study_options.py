@@ -10,8 +10,18 @@ if TYPE_CHECKING:
     from ssjs_cli.studies.scenario_runs import StudyRequest
 
 
+time_limit_option = click.option(
+    "--time-limit-s",
+    type=click.FloatRange(0.0, min_open=True),
+    default=None,
+    metavar="SECONDS",
+    help="Wall time after which a run is ended and its row says so (default: none).",
+)
+
+
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
+        time_limit_option,
         click.option("--scheduler", default=None, metavar="ADDR", help="Dask scheduler, such as tcp://host:8786, instead of workers here."),
         click.option("--jobs", "workers", type=click.IntRange(1), default=None, help="Worker processes here (default: one a core)."),
         click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated."),

@@ -218,33 +218,39 @@ UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
     read_landmark_columns(z.landmark, n, columns);
     auto block = PHt.middleCols<2>(i);
     block.topRows<kVehicle>().noalias() = P_vehicle * z.H_vehicle.transpose() + columns.topRows<kVehicle>() * z.H_landmark.transpose();
-    block.bottomRows(m) = P_.block(kVehicle, 0, m, kVehicle).lazyProduct(z.H_vehicle.transpose());
-    block.bottomRows(m) += columns.bottomRows(m).lazyProduct(z.H_landmark.transpose());
+    for (Eigen::Index c = 0; c < 2; ++c) {
+      block.col(c).tail(m) = z.H_vehicle(c, 0) * P_.col(0).segment(kVehicle, m) + z.H_vehicle(c, 1) * P_.col(1).segment(kVehicle, m) +
+                             z.H_vehicle(c, 2) * P_.col(2).segment(kVehicle, m) + z.H_landmark(c, 0) * columns.col(0).tail(m) +
+                             z.H_landmark(c, 1) * columns.col(1).tail(m);
+    }
     innovation_.segment<2>(i) = z.residual;
   }
   auto S = S_.topLeftCorner(k, k);
-  for (Eigen::Index i = 0; i < k; i += 2) {  // (F-3): S = H P H' + R
-    const LinearObservation& z = observations[static_cast<std::size_t>(i / 2)];
-    S.middleRows<2>(i) = z.H_vehicle.lazyProduct(PHt.topRows<kVehicle>());
-    S.middleRows<2>(i) += z.H_landmark.lazyProduct(PHt.middleRows<2>(layout_.offset(z.landmark)));
-    S.block<2, 2>(i, i) += z.R;
+  for (Eigen::Index j = 0; j < k; j += 2) {  // (F-3): S = H P H' + R, on and below the diagonal
+    const Eigen::Matrix<double, kVehicle, 2> PHt_vehicle = PHt.block<kVehicle, 2>(0, j);
+    for (Eigen::Index i = j; i < k; i += 2) {
+      const LinearObservation& z = observations[static_cast<std::size_t>(i / 2)];
+      S.block<2, 2>(i, j) = z.H_vehicle * PHt_vehicle + z.H_landmark * PHt.block<2, 2>(layout_.offset(z.landmark), j);
+    }
+    S.block<2, 2>(j, j) += observations[static_cast<std::size_t>(j / 2)].R;
   }
-  // Lower Cholesky in place: S = L L'.
+  // Lower Cholesky in place, S = L L', column by column; with it Y = P H' L^-T and the whitened innovation L^-1 nu.
+  UpdateResult result{0.0, static_cast<int>(k)};
   for (Eigen::Index j = 0; j < k; ++j) {
-    const double pivot = S(j, j) - S.row(j).head(j).squaredNorm();
-    if (!(pivot > 0.0)) {
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const double L_ji = S(j, i);
+      S.col(j).tail(k - j) -= L_ji * S.col(i).tail(k - j);
+      PHt.col(j) -= L_ji * PHt.col(i);
+      innovation_(j) -= L_ji * innovation_(i);
+    }
+    if (!(S(j, j) > 0.0)) {
       throw NotPositiveDefinite("innovation covariance",
                                 "landmark " + std::to_string(observations[static_cast<std::size_t>(j / 2)].landmark) + " of the map");
     }
-    S(j, j) = std::sqrt(pivot);
-    for (Eigen::Index i = j + 1; i < k; ++i) S(i, j) = (S(i, j) - S.row(i).head(j).dot(S.row(j).head(j))) / S(j, j);
-  }
-  // Y = P H' L^-T column by column, and the whitened innovation L^-1 nu.
-  UpdateResult result{0.0, static_cast<int>(k)};
-  for (Eigen::Index j = 0; j < k; ++j) {
-    for (Eigen::Index i = 0; i < j; ++i) PHt.col(j) -= S(j, i) * PHt.col(i);
-    PHt.col(j) /= S(j, j);
-    innovation_(j) = (innovation_(j) - S.row(j).head(j).dot(innovation_.head(j))) / S(j, j);
+    const double scale = 1.0 / std::sqrt(S(j, j));
+    S.col(j).tail(k - j) *= scale;
+    PHt.col(j) *= scale;
+    innovation_(j) *= scale;
     if (!std::isfinite(innovation_(j))) {
       const LinearObservation& z = observations[static_cast<std::size_t>(j / 2)];
       throw InvalidArgument("residual of landmark " + std::to_string(z.landmark) + " of the map", z.residual(j % 2), "must be finite");

@@ -63,6 +63,14 @@ SegmentationConfig segmentation_preset(SegmentationPreset preset) {
       config.improved_otsu = {40, 600, 0.13};
       config.dilations = 2;
       break;
+    case SegmentationPreset::kBest:
+      config.filter.kind = SpeckleFilter::kGaussian;
+      config.filter.sigma_px = 2.5;
+      config.power_law.enabled = false;
+      config.method = ThresholdMethod::kLocal;
+      config.local = {51, 16};
+      config.smallest_area_px = 30;
+      break;
   }
   return config;
 }

@@ -105,7 +105,8 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
   P.block(from_b, poses, n_new, 3) = P_bb.block(3, 0, n_new, 3);
   P.block(from_b, poses + 3, n_new, n_landmarks) = J.middleRows(3, n_new) * P_frame.bottomRows(n_landmarks).transpose();
   P.bottomRightCorner(n_new, n_new) = P_bb.block(3, 3, n_new, n_new);
-  P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
+  // Eigen divides by zero in a product of 0 columns and many rows.
+  if (n_pairs > 0) P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
   mirror_lower(P);
 
   map.base = a.base;

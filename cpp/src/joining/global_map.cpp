@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <set>
 #include <string>
 
 #include "ssjs/base/error.hpp"
@@ -23,6 +23,43 @@ constexpr double kFinalTolerance = 1e-9;
 constexpr double kHysteresis = 1.5;
 constexpr std::size_t kMaxDenseBases = 2000;  // 288 MB
 
+Eigen::Index whole_tiles(Eigen::Index n) { return (n + 3) / 4 * 4; }  // of SymmetricDowndate
+
+/// The 3 x 3 blocks of these rows and columns, out of the lower triangle.
+template <class Rows, class Matrix>
+void copy_blocks(const Eigen::MatrixXd& lower, const Rows& rows, Matrix& joint) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto at_i = static_cast<Eigen::Index>(3 * i);
+    joint.template block<3, 3>(at_i, at_i) = lower.block<3, 3>(rows[i], rows[i]).template selfadjointView<Eigen::Lower>();
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto at_j = static_cast<Eigen::Index>(3 * j);
+      Eigen::Matrix3d cross;
+      if (rows[i] > rows[j]) {
+        cross = lower.block<3, 3>(rows[i], rows[j]);
+      } else {
+        cross = lower.block<3, 3>(rows[j], rows[i]).transpose();
+      }
+      joint.template block<3, 3>(at_i, at_j) = cross;
+      joint.template block<3, 3>(at_j, at_i) = cross.transpose();
+    }
+  }
+}
+
+/// P <- M P M' with M(X_i) of (S-8) for each block of three; a negative sign undoes it.
+template <class Matrix, class Poses>
+void leave_invariant_frame(Matrix& P, const Poses& X, double sign = 1.0) {
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    P.row(at) -= sign * X[i].y * P.row(at + 2);
+    P.row(at + 1) += sign * X[i].x * P.row(at + 2);
+  }
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    P.col(at) -= sign * X[i].y * P.col(at + 2);
+    P.col(at + 1) += sign * X[i].x * P.col(at + 2);
+  }
+}
+
 }  // namespace
 
 GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
@@ -31,14 +68,10 @@ GlobalMap::GlobalMap(GlobalSolver solver, int dense_bases)
       next_comparison_(static_cast<std::size_t>(dense_bases)),
       poses_{Se2{}},
       live_{0},
-      P_(Eigen::MatrixXd::Zero(3, 3)) {}
+      P_(Eigen::MatrixXd::Zero(4, 4)) {}
 
 void GlobalMap::set_factor(const LiveMap& map) {
-  const Eigen::Index s = map.port_size();
-  const std::string name = "map at base " + std::to_string(map.base);
-  const Eigen::MatrixXd L = cholesky_lower(map.covariance.topLeftCorner(s, s), "port covariance", name.c_str());
-  const Eigen::MatrixXd Li = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(s, s));
-  factors_[map.base] = {map.base, {map.poses.begin(), map.poses.begin() + map.ports}, map.mean.head(s), Li.transpose() * Li};
+  factors_[map.base] = {map.base, {map.poses.begin(), map.poses.begin() + map.ports}, map.mean.head(map.port_size()), map.port_information};
 }
 
 void GlobalMap::attach(const LiveMap& map) {
@@ -52,12 +85,13 @@ void GlobalMap::attach(const LiveMap& map) {
     if (!stale_) extend_tail(map);
   } else {  // (J-5): the exit pose is independent of everything before it
     const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
-    if (P_.rows() < n + 3) P_.conservativeResize(2 * (n + 3), 2 * (n + 3));
+    if (P_.rows() < whole_tiles(n + 3)) P_.conservativeResize(whole_tiles(2 * (n + 3)), whole_tiles(2 * (n + 3)));
     const Eigen::Index at = 3 * position(live_, map.base);
-    const Eigen::Matrix3d J1 = compose_jacobian_left(global_T_base, base_T_next.mean);
-    const Eigen::Matrix3d J2 = compose_jacobian_right(global_T_base);
-    P_.block(n, 0, 3, n).noalias() = J1 * dense_columns(at).transpose();
-    P_.block<3, 3>(n, n) = J1 * P_.block<3, 3>(at, at) * J1.transpose() + J2 * base_T_next.covariance * J2.transpose();
+    const Eigen::MatrixXd columns = dense_columns({at});
+    Eigen::Matrix3d own = turned(global_T_base.rotation(), base_T_next.covariance);
+    leave_invariant_frame(own, std::array{pose(next)}, -1.0);
+    P_.block(n, 0, 3, n) = columns.transpose();  // an invariant error passes on unchanged: M(X_next)^-1 J1 M(X_base) = I
+    P_.block<3, 3>(n, n) = columns.middleRows<3>(at) + own;
   }
   live_.push_back(next);
   if (sparse_ || live_.size() <= next_comparison_) return;
@@ -125,67 +159,56 @@ Eigen::Matrix3d GlobalMap::sparse_cross_covariance(int row_base, int column_base
   return cross + Phi * column->noise;
 }
 
-Eigen::MatrixXd GlobalMap::dense_columns(Eigen::Index at) const {
+Eigen::MatrixXd GlobalMap::dense_columns(const std::vector<Eigen::Index>& blocks) const {
   const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
-  Eigen::MatrixXd columns(n, 3);
-  columns.topRows(at) = P_.block(at, 0, 3, at).transpose();
-  columns.bottomRows(n - at) = P_.block(at, at, n - at, 3);
+  Eigen::MatrixXd columns(n, static_cast<Eigen::Index>(3 * blocks.size()));
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Eigen::Index at = blocks[i];
+    auto own = columns.middleCols<3>(static_cast<Eigen::Index>(3 * i));
+    own.topRows(at) = P_.block(at, 0, 3, at).transpose();
+    own.middleRows<3>(at) = P_.block<3, 3>(at, at).selfadjointView<Eigen::Lower>();
+    own.bottomRows(n - at - 3) = P_.block(at + 3, at, n - at - 3, 3);
+  }
   return columns;
 }
 
 void GlobalMap::correct(const JoinEvidence& evidence) {
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(live_.size());
   const Eigen::Index rows = evidence.residual.size();
-  Eigen::MatrixXd PHt = Eigen::MatrixXd::Zero(n, rows);
+  std::vector<Eigen::Index> blocks;
+  Eigen::MatrixXd H = evidence.J;  // (J-15): of invariant errors, H = J M
   for (std::size_t i = 0; i < evidence.bases.size(); ++i) {
-    const Eigen::Index at = 3 * position(live_, evidence.bases[i]);
-    PHt.noalias() += dense_columns(at) * evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)).transpose();
+    blocks.push_back(3 * position(live_, evidence.bases[i]));
+    const Se2& X = pose(evidence.bases[i]);
+    auto own = H.middleCols<3>(static_cast<Eigen::Index>(3 * i));
+    own.col(2) += X.x * own.col(1) - X.y * own.col(0);
   }
+  Eigen::MatrixXd Y = dense_columns(blocks) * H.transpose();
+  Eigen::MatrixXd HPt(H.cols(), rows);
+  for (std::size_t i = 0; i < blocks.size(); ++i) HPt.middleRows<3>(static_cast<Eigen::Index>(3 * i)) = Y.middleRows<3>(blocks[i]);
   Eigen::MatrixXd S = evidence.noise;
-  for (std::size_t i = 0; i < evidence.bases.size(); ++i) {
-    const Eigen::Index at = 3 * position(live_, evidence.bases[i]);
-    S.noalias() += evidence.J.middleCols<3>(static_cast<Eigen::Index>(3 * i)) * PHt.middleRows<3>(at);
-  }
+  S.noalias() += H * HPt;
   const Eigen::MatrixXd L = cholesky_lower(S, "innovation covariance of the bases", "map-to-map pairing");
-  Eigen::MatrixXd& Y = PHt;  // from here on P H' L^-T
-  L.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(Y);
-  const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);  // (J-14)
-  auto P = P_.topLeftCorner(n, n);
-  P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);
-  // (J-15): the step is additive; in invariant coordinates xi = M^-1 step, X <- Exp(xi) X, and the covariance, constant in xi,
-  // returns to additive coordinates at the new X: P <- T P T' with T = M(new) M(old)^-1, which only adds multiples of heading rows.
-  Eigen::Matrix2Xd moved_by(2, n / 3);
-  for (std::size_t i = 0; i < live_.size(); ++i) {
-    Se2& X = poses_[static_cast<std::size_t>(live_[i])];
-    const Eigen::Vector3d d = step.segment<3>(static_cast<Eigen::Index>(3 * i));
-    const Se2 moved = se2_exp({d.x() + X.y * d.z(), d.y() - X.x * d.z(), d.z()}) * X;
-    moved_by.col(static_cast<Eigen::Index>(i)) << moved.x - X.x, moved.y - X.y;
-    X = moved;
+  for (Eigen::Index j = 0; j < rows; ++j) {  // Y = P H' L^-T
+    for (Eigen::Index i = 0; i < j; ++i) Y.col(j) -= L(j, i) * Y.col(i);
+    Y.col(j) *= 1.0 / L(j, j);
   }
-  for (Eigen::Index at = 0; at < n; at += 3) {
-    auto columns = P.block(at, at, n - at, 3);
-    mirror_lower(columns.topRows<3>());
-    columns.col(0) -= moved_by(1, at / 3) * columns.col(2);
-    columns.col(1) += moved_by(0, at / 3) * columns.col(2);
-    for (auto column : columns.colwise()) {
-      for (Eigen::Index i = 0; i < n - at; i += 3) {
-        column(i) -= moved_by(1, (at + i) / 3) * column(i + 2);
-        column(i + 1) += moved_by(0, (at + i) / 3) * column(i + 2);
-      }
-    }
-    mirror_lower(columns.topRows<3>());
+  const Eigen::VectorXd step = -Y * L.triangularView<Eigen::Lower>().solve(evidence.residual);  // (J-14)
+  downdate_(Y, P_);
+  for (std::size_t i = 0; i < live_.size(); ++i) {  // (J-15)
+    Se2& X = poses_[static_cast<std::size_t>(live_[i])];
+    X = se2_exp(step.segment<3>(static_cast<Eigen::Index>(3 * i))) * X;
   }
 }
 
 void GlobalMap::forget_unused_bases() {
-  std::set<int> used;
+  std::vector<bool> is_used(poses_.size(), false);
+  is_used[0] = true;
   for (const auto& [base, factor] : factors_) {
-    used.insert(base);
-    used.insert(factor.ports.begin(), factor.ports.end());
+    is_used[static_cast<std::size_t>(base)] = true;
+    for (const int port : factor.ports) is_used[static_cast<std::size_t>(port)] = true;
   }
-  used.insert(0);
   for (std::size_t i = live_.size(); i-- > 0;) {
-    if (used.count(live_[i]) != 0) continue;
+    if (is_used[static_cast<std::size_t>(live_[i])]) continue;
     if (!sparse_) {  // marginalise: the last base takes its rows and columns
       const auto last = static_cast<Eigen::Index>(3 * (live_.size() - 1));
       const auto at = static_cast<Eigen::Index>(3 * i);
@@ -208,8 +231,13 @@ void GlobalMap::go_sparse() {
 }
 
 void GlobalMap::go_dense() {
-  const Eigen::MatrixXd P = covariance(live_);
-  P_ = P;
+  Eigen::MatrixXd P = covariance(live_);
+  std::vector<Se2> X;
+  for (const int base : live_) X.push_back(pose(base));
+  leave_invariant_frame(P, X, -1.0);
+  const Eigen::Index n = P.rows();
+  P_.resize(whole_tiles(n), whole_tiles(n));
+  P_.topLeftCorner(n, n) = P;
   sparse_ = false;
   next_comparison_ = live_.size() + live_.size() / 10;
 }
@@ -229,13 +257,21 @@ void GlobalMap::refresh() const {
 }
 
 Matrix6d GlobalMap::covariance_bound(int base, int newest) const {
-  if (!sparse_) return covariance({base, newest});
+  if (!sparse_) return covariance(base, newest);
   refresh();
   auto marginal = known_marginal_.find(base);
   if (marginal == known_marginal_.end()) marginal = known_marginal_.emplace(base, sparse_cross_covariance(base, base)).first;
   const Eigen::Matrix3d cross = sparse_cross_covariance(base, newest);
   Matrix6d joint;
   joint << marginal->second, cross, cross.transpose(), sparse_cross_covariance(newest, newest);
+  return joint;
+}
+
+Matrix6d GlobalMap::covariance(int base, int other) const {
+  if (sparse_) return covariance(std::vector<int>{base, other});
+  Matrix6d joint;
+  copy_blocks(P_, std::array{3 * position(live_, base), 3 * position(live_, other)}, joint);
+  leave_invariant_frame(joint, std::array{pose(base), pose(other)});
   return joint;
 }
 
@@ -254,15 +290,14 @@ Eigen::MatrixXd GlobalMap::covariance(const std::vector<int>& bases) const {
     return joint;
   }
   std::vector<Eigen::Index> rows;
-  for (const int base : bases) rows.push_back(3 * position(live_, base));
-  Eigen::MatrixXd joint(3 * bases.size(), 3 * bases.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < rows.size(); ++j) {
-      const bool below = rows[i] >= rows[j];
-      joint.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) =
-          below ? Eigen::Matrix3d(P_.block<3, 3>(rows[i], rows[j])) : Eigen::Matrix3d(P_.block<3, 3>(rows[j], rows[i]).transpose());
-    }
+  std::vector<Se2> X;
+  for (const int base : bases) {
+    rows.push_back(3 * position(live_, base));
+    X.push_back(pose(base));
   }
+  Eigen::MatrixXd joint(3 * bases.size(), 3 * bases.size());
+  copy_blocks(P_, rows, joint);
+  leave_invariant_frame(joint, X);
   return joint;
 }
 

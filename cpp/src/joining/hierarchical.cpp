@@ -1,5 +1,7 @@
 #include "ssjs/joining/hierarchical.hpp"
 
+#include <utility>
+
 #include "ssjs/joining/fusion.hpp"
 
 namespace ssjs {
@@ -9,14 +11,22 @@ constexpr int kMaxIterations = 10;
 
 }  // namespace
 
-bool HierarchicalJoiner::close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
-  // (H-2): the relative pose that the matches alone give; the maps stay as they are
-  const Fusion match = fuse(maps().at(a), maps().at(b), pairs);
-  attempt.chi_squared = match.chi_squared;
-  attempt.dof = match.dof;
-  if (!fits(attempt)) return false;
-  mutable_links().observe(a, b, {match.map.base_T_pose(0), match.map.covariance.topLeftCorner<3, 3>()}, kMaxIterations);
-  return true;
+void HierarchicalJoiner::close_loops(const NewMap& fresh, JoinReport& report) {
+  std::vector<ObservedLink> observed;
+  for (const int candidate : fresh.candidates) {
+    LoopAttempt attempt = begun(fresh, candidate);
+    const auto placement = [&] { return fresh.base_T_fresh[static_cast<std::size_t>(candidate)]; };
+    if (const auto pairs = compare(candidate, fresh.base, placement, fresh.needed, attempt, report)) {
+      // (H-2): the relative pose that the matches alone give; the maps stay as they are
+      const Fusion match = fuse(maps().at(candidate), maps().at(fresh.base), *pairs);
+      attempt.chi_squared = match.chi_squared;
+      attempt.dof = match.dof;
+      attempt.accepted = fits(attempt);
+      if (attempt.accepted) observed.push_back({candidate, {match.map.base_T_pose(0), match.map.covariance.topLeftCorner<3, 3>()}});
+    }
+    report.loops.push_back(std::move(attempt));
+  }
+  mutable_links().observe(fresh.base, observed, kMaxIterations);  // all of them together
 }
 
 }  // namespace ssjs

@@ -9,15 +9,25 @@ namespace {
 
 constexpr double kExitVariance = 1e-12;  // (1 um)^2 and (1 urad)^2: keeps the port covariance of a vehicle that hardly moved invertible
 
-/// Rows (and columns) of the state in the order: poses as listed, then landmarks unchanged.
-Eigen::VectorXi state_order(const LiveMap& map, const std::vector<Eigen::Index>& pose_order) {
-  Eigen::VectorXi order(map.mean.size());
-  Eigen::Index row = 0;
-  for (const Eigen::Index pose : pose_order) {
-    for (Eigen::Index c = 0; c < 3; ++c) order(row++) = static_cast<int>(3 * pose + c);
+/// Poses as listed; the landmarks stay where they are.
+void reorder_poses(LiveMap& map, const std::vector<Eigen::Index>& order) {
+  const Eigen::Index n = map.mean.size();
+  const Eigen::Index p = 3 * map.pose_count();
+  Eigen::MatrixXd& P = map.covariance;
+  const std::vector<int> ids = map.poses;
+  const Eigen::VectorXd mean = map.mean.head(p);
+  const Eigen::MatrixXd columns = P.leftCols(p);
+  const Eigen::MatrixXd rows = P.topRightCorner(p, n - p);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto to = static_cast<Eigen::Index>(3 * i);
+    map.poses[i] = ids[static_cast<std::size_t>(order[i])];
+    map.mean.segment<3>(to) = mean.segment<3>(3 * order[i]);
+    for (std::size_t j = 0; j < order.size(); ++j) {
+      P.block<3, 3>(static_cast<Eigen::Index>(3 * j), to) = columns.block<3, 3>(3 * order[j], 3 * order[i]);
+    }
+    P.block(p, to, n - p, 3) = columns.block(p, 3 * order[i], n - p, 3);
+    P.block(to, p, 3, n - p) = rows.middleRows(3 * order[i], 3);
   }
-  for (; row < order.size(); ++row) order(row) = static_cast<int>(row);
-  return order;
 }
 
 void set_conditional_form(LiveMap& map) {
@@ -25,10 +35,13 @@ void set_conditional_form(LiveMap& map) {
   const Eigen::Index m = map.mean.size() - s;
   if (s == 0) {
     map.K.resize(m, 0);
+    map.port_information.resize(0, 0);
     return;
   }
   const std::string name = "map at base " + std::to_string(map.base);
   const Eigen::MatrixXd L = cholesky_lower(map.covariance.topLeftCorner(s, s), "port covariance", name.c_str());
+  const Eigen::MatrixXd Li = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(s, s));
+  map.port_information.noalias() = Li.transpose() * Li;
   map.K = map.covariance.bottomLeftCorner(m, s);  // (J-2): K = P_ms P_ss^-1
   L.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(map.K);
   L.triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(map.K);
@@ -104,14 +117,7 @@ void set_ports(LiveMap& map, const std::vector<bool>& is_port) {
   const auto internal =
       std::stable_partition(order.begin(), order.end(), [&](Eigen::Index i) { return is_port[static_cast<std::size_t>(i)]; });
   map.ports = internal - order.begin();
-  if (!std::is_sorted(order.begin(), order.end())) {
-    const Eigen::VectorXi rows = state_order(map, order);
-    map.mean = Eigen::VectorXd(map.mean(rows));
-    map.covariance = Eigen::MatrixXd(map.covariance(rows, rows));
-    std::vector<int> poses;
-    for (const Eigen::Index i : order) poses.push_back(map.poses[static_cast<std::size_t>(i)]);
-    map.poses = std::move(poses);
-  }
+  if (!std::is_sorted(order.begin(), order.end())) reorder_poses(map, order);
   set_conditional_form(map);
   set_extent(map);
 }

@@ -1,16 +1,10 @@
 #include "ssjs/joining/loop_candidates.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace ssjs {
 namespace {
-
-double largest_sigma(const Eigen::Matrix2d& covariance) {
-  return std::sqrt(std::max(0.0, covariance.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()));
-}
 
 /// Landmarks of `points` (own frame) that come within reach of the other map's circle, given frame_T_points.
 std::vector<Eigen::Index> within_reach(const Eigen::Ref<const Eigen::Matrix2Xd>& points, const Se2& frame_T_points,
@@ -92,7 +86,7 @@ Encounter meet(const LiveMap& a, const LiveMap& b, const GlobalMap& global, Over
 }  // namespace
 
 RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global) {
-  return relative_placement(a, b, global, global.covariance({a.base, b.base}));
+  return relative_placement(a, b, global, global.covariance(a.base, b.base));
 }
 
 RelativePlacement relative_placement(const LiveMap& a, const LiveMap& b, const GlobalMap& global, const Matrix6d& P_bases) {
@@ -136,8 +130,10 @@ Encounter encounter(const LiveMap& a, const LiveMap& b, const GlobalMap& global,
 double displacement_sigma(const Encounter& meeting, const std::vector<Pair>& pairs) {
   double largest = 0.0;
   for (const Pair& pair : pairs) {
-    const Eigen::MatrixXd J = meeting.J_a.middleRows<2>(2 * pair.prediction) - meeting.J_b.middleRows<2>(2 * pair.observation);
-    largest = std::max(largest, largest_sigma(J * meeting.P_bases * J.transpose()));
+    const Eigen::Matrix<double, 2, Eigen::Dynamic> J =
+        meeting.J_a.middleRows<2>(2 * pair.prediction) - meeting.J_b.middleRows<2>(2 * pair.observation);
+    const Eigen::Matrix<double, 2, Eigen::Dynamic> JP = J * meeting.P_bases;
+    largest = std::max(largest, largest_sigma(JP.lazyProduct(J.transpose())));
   }
   return largest;
 }

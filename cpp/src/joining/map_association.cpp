@@ -1,26 +1,37 @@
 #include "ssjs/joining/map_association.hpp"
 
-#include <map>
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
 
 #include "ssjs/association/nearest_neighbour.hpp"
 #include "ssjs/association/randomized_joint_compatibility.hpp"
 
 namespace ssjs {
 
+namespace {
+
+constexpr Eigen::Index kTaken = std::numeric_limits<Eigen::Index>::max();
+
+}  // namespace
+
 std::vector<Pair> pair_by_identity(const LiveMap& a, const LiveMap& b) {
-  std::map<std::int64_t, Eigen::Index> in_a;
+  std::vector<std::pair<std::int64_t, Eigen::Index>> in_a;  // sorted; of the same identity twice the first counts
+  in_a.reserve(a.landmarks.size());
   for (Eigen::Index i = 0; i < a.landmark_count(); ++i) {
     const auto& id = a.landmarks[static_cast<std::size_t>(i)].source_id;
-    if (id) in_a.emplace(*id, i);
+    if (id) in_a.emplace_back(*id, i);
   }
+  std::sort(in_a.begin(), in_a.end());
   std::vector<Pair> pairs;
   for (Eigen::Index i = 0; i < b.landmark_count(); ++i) {
     const auto& id = b.landmarks[static_cast<std::size_t>(i)].source_id;
     if (!id) continue;
-    const auto found = in_a.find(*id);
-    if (found == in_a.end()) continue;
+    const auto found = std::lower_bound(in_a.begin(), in_a.end(), std::pair{*id, Eigen::Index{0}});
+    if (found == in_a.end() || found->first != *id || found->second == kTaken) continue;
     pairs.push_back({i, found->second});
-    in_a.erase(found);
+    found->second = kTaken;
   }
   return pairs;
 }

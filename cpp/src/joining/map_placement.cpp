@@ -1,8 +1,6 @@
 #include "ssjs/joining/map_placement.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/geometry/point_grid.hpp"
@@ -10,10 +8,6 @@
 
 namespace ssjs {
 namespace {
-
-double largest_sigma(const Eigen::Matrix2d& covariance) {
-  return std::sqrt(std::max(0.0, covariance.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()));
-}
 
 Eigen::Matrix2Xd points_of(const LiveMap& map, const Se2& frame_T_map) {
   Eigen::Matrix2Xd points(2, map.landmark_count());

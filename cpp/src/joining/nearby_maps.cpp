@@ -20,8 +20,7 @@ std::vector<int> nearby_maps(const std::map<int, LiveMap>& maps, const LiveMap& 
     const double gap = (global_T_base(base) * map.centroid - centre).norm() - map.radius - fresh.radius;
     // Beyond the ambiguity gate a pairing would be refused anyway: far maps are dismissed without asking for a covariance.
     if (config.max_sigma_m && gap > kReachSigmas * *config.max_sigma_m) continue;
-    const RelativePlacement relative = placement(map);
-    if (relative.gap_m <= kReachSigmas * relative.sigma_m) nearby.emplace_back(relative.gap_m, base);  // (J-6)
+    if (gap <= 0.0 || gap <= kReachSigmas * placement(map).sigma_m) nearby.emplace_back(gap, base);  // (J-6)
   }
   std::sort(nearby.begin(), nearby.end());
   std::vector<int> bases;

@@ -22,32 +22,25 @@ JoinReport RelativeJoiner::take(const Submap& submap) {
   links_.append({fresh.base_T_pose(0), fresh.covariance.topLeftCorner<3, 3>()});
   remove_poses(fresh, {0});
   set_ports(fresh, {});
-  const int needed = needed_pairs(rule_, fresh);
-  const std::vector<GaussianSe2> base_T_fresh = links_.all_relative_to(fresh.base);
-  const std::vector<int> candidates = fresh.landmark_count() >= needed ? candidates_for(fresh, base_T_fresh) : std::vector<int>{};
+  NewMap among_others{fresh.base, submap.end_time_s, needed_pairs(rule_, fresh), {}, links_.all_relative_to(fresh.base)};
+  if (fresh.landmark_count() >= among_others.needed) among_others.candidates = candidates_for(fresh, among_others.base_T_fresh);
   maps_.emplace(submap.index, std::move(fresh));
-
-  int current = submap.index;  // base of the map that holds the new submap
-  bool links_have_moved = false;
-  for (const int candidate : candidates) {
-    LoopAttempt attempt;
-    attempt.time_s = submap.end_time_s;
-    attempt.from = submap.index;
-    attempt.to = candidate;
-    ++report.candidates;
-    const int a = std::min(candidate, current);
-    const int b = std::max(candidate, current);
-    const auto a_T_b = [&] { return links_have_moved ? links_.relative(a, b) : base_T_fresh[static_cast<std::size_t>(a)]; };
-    const auto pairs = attempt_loop(maps_.at(a), maps_.at(b), a_T_b, needed, associator_, attempt, report);
-    attempt.accepted = pairs && close_loop(a, b, *pairs, attempt);
-    links_have_moved = links_have_moved || attempt.accepted;
-    if (attempt.accepted && merges()) {
-      current = a;
-      ++report.fusions;
-    }
-    report.loops.push_back(std::move(attempt));
-  }
+  report.candidates += static_cast<int>(among_others.candidates.size());
+  close_loops(among_others, report);
   return report;
+}
+
+LoopAttempt RelativeJoiner::begun(const NewMap& fresh, int candidate) {
+  LoopAttempt attempt;
+  attempt.time_s = fresh.time_s;
+  attempt.from = fresh.base;
+  attempt.to = candidate;
+  return attempt;
+}
+
+std::optional<std::vector<Pair>> RelativeJoiner::compare(int a, int b, const std::function<GaussianSe2()>& a_T_b, int needed,
+                                                         LoopAttempt& attempt, JoinReport& report) {
+  return attempt_loop(maps_.at(a), maps_.at(b), a_T_b, needed, associator_, attempt, report);
 }
 
 std::vector<int> RelativeJoiner::candidates_for(const LiveMap& fresh, const std::vector<GaussianSe2>& base_T_fresh) const {

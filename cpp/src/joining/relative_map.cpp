@@ -10,21 +10,65 @@ namespace {
 
 constexpr double kSettled = 1e-9;  // m and rad: a smaller change of the links ends the iteration
 
-/// P J' for a J of three rows: column after column of P, so that the large factor is read once and nothing is packed.
-Eigen::Matrix<double, Eigen::Dynamic, 3> times_transposed(const Eigen::Ref<const Eigen::MatrixXd>& P,
-                                                          const Eigen::Matrix<double, 3, Eigen::Dynamic>& J) {
-  Eigen::Matrix<double, Eigen::Dynamic, 3> W = Eigen::MatrixXd::Zero(P.rows(), 3);
-  for (Eigen::Index c = 0; c < P.cols(); ++c) {
-    for (Eigen::Index row = 0; row < 3; ++row) W.col(row) += J(row, c) * P.col(c);
+/// The chains tau_kj = t_k (+) tau_{k+1,j}, k = first..j, that end at one base. Their Jacobians over the links first..j-1 are never
+/// formed: a product with all of them costs one walk along the links, whatever the number of chains (H-1).
+class ChainsTo {
+ public:
+  ChainsTo(const std::vector<Se2>& links, int first, int j) : first_(first), tau_(static_cast<std::size_t>(j - first) + 1) {
+    steps_.resize(tau_.size() - 1);
+    for (std::size_t k = steps_.size(); k-- > 0;) {
+      const Se2& link = links[static_cast<std::size_t>(first) + k];
+      tau_[k] = link * tau_[k + 1];
+      steps_[k] = {compose_jacobian_left(link, tau_[k + 1]), compose_jacobian_right(link)};
+    }
   }
-  return W;
-}
+  [[nodiscard]] const Se2& from(int k) const { return tau_[static_cast<std::size_t>(k - first_)]; }
+
+  /// H X, 3 rows a chain. X: 3 rows for each of the links first..j-1.
+  [[nodiscard]] Eigen::MatrixXd times(const std::vector<int>& starts, const Eigen::Ref<const Eigen::MatrixXd>& X) const {
+    Eigen::MatrixXd HX(static_cast<Eigen::Index>(3 * starts.size()), X.cols());
+    Eigen::Matrix<double, 3, Eigen::Dynamic> of_chain = Eigen::MatrixXd::Zero(3, X.cols());
+    for (std::size_t k = steps_.size(); k-- > 0;) {
+      of_chain = (steps_[k].J_rest.lazyProduct(of_chain)).eval();
+      of_chain += steps_[k].J_link.lazyProduct(X.middleRows<3>(static_cast<Eigen::Index>(3 * k)));
+      for_each_start(starts, k, [&](Eigen::Index at) { HX.middleRows<3>(at) = of_chain; });
+    }
+    return HX;
+  }
+  /// X H', 3 columns a chain. X: 3 columns for each of the links first..j-1.
+  [[nodiscard]] Eigen::MatrixXd times_transposed(const Eigen::Ref<const Eigen::MatrixXd>& X, const std::vector<int>& starts) const {
+    Eigen::MatrixXd XHt(X.rows(), static_cast<Eigen::Index>(3 * starts.size()));
+    Eigen::Matrix<double, Eigen::Dynamic, 3> of_chain = Eigen::MatrixXd::Zero(X.rows(), 3);
+    for (std::size_t k = steps_.size(); k-- > 0;) {
+      of_chain = (of_chain.lazyProduct(steps_[k].J_rest.transpose())).eval();
+      of_chain += X.middleCols<3>(static_cast<Eigen::Index>(3 * k)).lazyProduct(steps_[k].J_link.transpose());
+      for_each_start(starts, k, [&](Eigen::Index at) { XHt.middleCols<3>(at) = of_chain; });
+    }
+    return XHt;
+  }
+
+ private:
+  /// tau_kj's derivatives by t_k and by tau_{k+1,j}.
+  struct Step {
+    Eigen::Matrix3d J_link, J_rest;
+  };
+  template <class Use>
+  void for_each_start(const std::vector<int>& starts, std::size_t k, Use use) const {
+    for (std::size_t l = 0; l < starts.size(); ++l) {
+      if (starts[l] - first_ == static_cast<int>(k)) use(static_cast<Eigen::Index>(3 * l));
+    }
+  }
+
+  int first_;
+  std::vector<Se2> tau_;
+  std::vector<Step> steps_;
+};
 
 }  // namespace
 
 void RelativeMap::append(const GaussianSe2& link) {
   const Eigen::Index n = size();
-  if (P_.rows() < n + 3) P_.conservativeResize(2 * (n + 3), 2 * (n + 3));
+  if (P_.rows() < n + 3) P_.conservativeResize(n + n / 4 + 3, n + n / 4 + 3);
   P_.block(n, 0, 3, n).setZero();
   P_.block(0, n, n, 3).setZero();
   P_.block<3, 3>(n, n) = link.covariance;
@@ -32,25 +76,12 @@ void RelativeMap::append(const GaussianSe2& link) {
   global_T_base_.push_back(global_T_base_.back() * link.mean);
 }
 
-RelativeMap::Chain RelativeMap::chain(const std::vector<Se2>& links, int i, int j) {
-  const auto from = links.begin() + i;
-  const auto n = static_cast<std::size_t>(j - i);
-  std::vector<Se2> rest(n + 1);  // tau_kj
-  for (std::size_t k = n; k-- > 0;) rest[k] = from[static_cast<std::ptrdiff_t>(k)] * rest[k + 1];
-  Chain chain{rest.front(), Eigen::Matrix<double, 3, Eigen::Dynamic>(3, static_cast<Eigen::Index>(3 * n))};
-  Se2 before;  // tau_ik
-  for (std::size_t k = 0; k < n; ++k) {
-    const Se2& link = from[static_cast<std::ptrdiff_t>(k)];
-    chain.J.middleCols<3>(static_cast<Eigen::Index>(3 * k)) = compose_jacobian_right(before) * compose_jacobian_left(link, rest[k + 1]);
-    before = before * link;
-  }
-  return chain;
-}
-
 GaussianSe2 RelativeMap::relative(int i, int j) const {
-  const Chain tau = chain(links_, i, j);
-  const Eigen::Index n = tau.J.cols();
-  return {tau.i_T_j, tau.J * times_transposed(P_.block(3 * Eigen::Index{i}, 3 * Eigen::Index{i}, n, n), tau.J)};
+  if (i == j) return {};
+  const ChainsTo chains(links_, i, j);
+  const Eigen::Index from = 3 * Eigen::Index{i};
+  const Eigen::Index inside = 3 * Eigen::Index{j - i};
+  return {chains.from(i), chains.times({i}, chains.times_transposed(P_.block(from, from, inside, inside), {i}))};
 }
 
 std::vector<GaussianSe2> RelativeMap::all_relative_to(int j) const {
@@ -93,43 +124,65 @@ Eigen::MatrixXd RelativeMap::base_covariance() const {
   return 0.5 * (joint + joint.transpose());
 }
 
-void RelativeMap::observe(int i, int j, const GaussianSe2& i_T_j, int max_iterations) {
-  if (!(0 <= i && i < j && j <= newest_base())) throw InvalidArgument("i, j", static_cast<double>(j), "0 <= i < j <= newest base");
+void RelativeMap::observe(int j, const std::vector<ObservedLink>& observed, int max_iterations) {
+  if (observed.empty()) return;
+  std::vector<int> starts;
+  for (const ObservedLink& link : observed) {
+    if (!(0 <= link.i && link.i < j && j <= newest_base())) {
+      throw InvalidArgument("i, j", std::to_string(link.i) + ", " + std::to_string(j), "0 <= i < j <= newest base");
+    }
+    starts.push_back(link.i);
+  }
+  const int first = *std::min_element(starts.begin(), starts.end());
   const Eigen::Index n = size();
-  const Eigen::Index from = 3 * Eigen::Index{i};
-  const Eigen::Index inside = 3 * Eigen::Index{j - i};
+  const Eigen::Index from = 3 * Eigen::Index{first};
+  const Eigen::Index inside = 3 * Eigen::Index{j - first};
+  const auto rows = static_cast<Eigen::Index>(3 * observed.size());
+  const std::string name = "loops between the base " + std::to_string(j) + " and " + std::to_string(observed.size()) + " others";
   const std::vector<Se2> prior = links_;
-  const std::string name = "loop between the bases " + std::to_string(i) + " and " + std::to_string(j);
-  const auto move = [&](int first, int last, const Eigen::Ref<const Eigen::MatrixXd>& W, const Eigen::Vector3d& gain) {  // (H-2)
+  const auto move = [&](int begin, const Eigen::Ref<const Eigen::VectorXd>& step) {  // (H-2): step counts from link `begin`
     double change = 0.0;
-    for (int k = first; k < last; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      const Se2 updated = additive_step(prior[at], W.middleRows<3>(3 * Eigen::Index{k - first}) * gain);
-      change = std::max(change, additive_difference(updated, links_[at]).lpNorm<Eigen::Infinity>());
-      links_[at] = updated;
+    for (Eigen::Index at = 0; at < step.size(); at += 3) {
+      const auto k = static_cast<std::size_t>(begin + at / 3);
+      const Se2 updated = additive_step(prior[k], step.segment<3>(at));
+      change = std::max(change, additive_difference(updated, links_[k]).lpNorm<Eigen::Infinity>());
+      links_[k] = updated;
     }
     return change;
   };
-  Chain tau;
   Eigen::MatrixXd L;
-  Eigen::Vector3d gain;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {  // only the links inside the loop are in the constraint
-    tau = chain(links_, i, j);
-    const Eigen::Matrix<double, Eigen::Dynamic, 3> W = times_transposed(P_.block(from, from, inside, inside), tau.J);
-    L = cholesky_lower(tau.J * W + i_T_j.covariance, "innovation covariance of a loop", name.c_str());
-    Eigen::Vector3d innovation = additive_difference(i_T_j.mean, tau.i_T_j);
-    for (int k = i; k < j; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      innovation -= tau.J.middleCols<3>(3 * Eigen::Index{k - i}) * additive_difference(prior[at], links_[at]);
+  Eigen::VectorXd gain(rows);
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {  // only the links inside the loops are in the constraints
+    const ChainsTo chains(links_, first, j);
+    const Eigen::MatrixXd W = chains.times_transposed(P_.block(from, from, inside, inside), starts);
+    Eigen::MatrixXd S = chains.times(starts, W);
+    Eigen::VectorXd moved(inside);  // t^0 - t^m
+    for (Eigen::Index at = 0; at < inside; at += 3) {
+      const auto k = static_cast<std::size_t>(first + at / 3);
+      moved.segment<3>(at) = additive_difference(prior[k], links_[k]);
     }
-    const Eigen::Vector3d half = L.triangularView<Eigen::Lower>().solve(innovation);
-    gain = L.transpose().triangularView<Eigen::Upper>().solve(half);
-    if (!(move(i, j, W, gain) > kSettled)) break;
+    gain = -chains.times(starts, moved);
+    for (Eigen::Index at = 0; at < rows; at += 3) {
+      const ObservedLink& link = observed[static_cast<std::size_t>(at / 3)];
+      gain.segment<3>(at) += additive_difference(link.i_T_j.mean, chains.from(link.i));
+      S.block<3, 3>(at, at) += link.i_T_j.covariance;
+    }
+    L = cholesky_lower(S, "innovation covariance of loops", name.c_str());
+    L.triangularView<Eigen::Lower>().solveInPlace(gain);
+    L.transpose().triangularView<Eigen::Upper>().solveInPlace(gain);
+    const bool is_last = iteration + 1 == max_iterations;
+    Eigen::VectorXd step(inside);
+    step.noalias() = W * gain;
+    const bool settled = !(move(first, step) > kSettled);
+    if (!settled && !is_last) continue;
+    Eigen::MatrixXd Y = chains.times_transposed(P_.block(0, from, n, inside), starts);  // linearised where the gain was
+    move(0, Y * gain);
+    L.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(Y);
+    auto P = P_.topLeftCorner(n, n);
+    P.selfadjointView<Eigen::Lower>().rankUpdate(Y, -1.0);  // (H-3)
+    mirror_lower(P);
+    break;
   }
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> W = times_transposed(P_.block(0, from, n, inside), tau.J);
-  move(0, newest_base(), W, gain);
-  const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(W.transpose()).transpose();
-  for (Eigen::Index c = 0; c < n; ++c) P_.col(c).head(n).noalias() -= Y * Y.row(c).transpose();  // (H-3)
   for (std::size_t k = 0; k < links_.size(); ++k) global_T_base_[k + 1] = global_T_base_[k] * links_[k];
 }
 

@@ -1,5 +1,6 @@
 #include "ssjs/joining/selective_thesis.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "ssjs/joining/fusion.hpp"
@@ -22,7 +23,26 @@ LiveMap with_pose(const LiveMap& map, int base, const GaussianSe2& map_T_base) {
 
 }  // namespace
 
-bool SelectiveThesisJoiner::close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
+void SelectiveThesisJoiner::close_loops(const NewMap& fresh, JoinReport& report) {
+  int current = fresh.base;  // base of the map that holds the new submap
+  bool links_have_moved = false;
+  for (const int candidate : fresh.candidates) {
+    LoopAttempt attempt = begun(fresh, candidate);
+    const int a = std::min(candidate, current);
+    const int b = std::max(candidate, current);
+    const auto a_T_b = [&] { return links_have_moved ? links().relative(a, b) : fresh.base_T_fresh[static_cast<std::size_t>(a)]; };
+    const auto pairs = compare(a, b, a_T_b, fresh.needed, attempt, report);
+    attempt.accepted = pairs && merge(a, b, *pairs, attempt);
+    if (attempt.accepted) {
+      links_have_moved = true;
+      current = a;
+      ++report.fusions;
+    }
+    report.loops.push_back(std::move(attempt));
+  }
+}
+
+bool SelectiveThesisJoiner::merge(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) {
   const LiveMap& older = maps().at(a);
   const LiveMap& newer = maps().at(b);
   if (older.landmark_count() + newer.landmark_count() - attempt.pairs > config().max_fused_landmarks) {
@@ -34,7 +54,7 @@ bool SelectiveThesisJoiner::close_loop(int a, int b, const std::vector<Pair>& pa
   attempt.dof = fusion.dof;
   if (!fits(attempt)) return false;
   const GaussianSe2 fused_link{fusion.map.base_T_pose(0), fusion.map.covariance.topLeftCorner<3, 3>()};
-  mutable_links().observe(a, b, fused_link, 1);  // (T-2): and is in this observation of the chain again
+  mutable_links().observe(b, {{a, fused_link}}, 1);  // (T-2): and is in this observation of the chain again
   remove_poses(fusion.map, {0});
   set_ports(fusion.map, {});
   mutable_maps().erase(b);

@@ -98,7 +98,7 @@ Submap SubmapBuilder::finish(const std::string& reason) {
   submap.closed_because = reason;
   submap.state = map_.filter().state();
   submap.landmarks = map_.landmarks();
-  submap.steps = config_.condition_trajectory ? journal_.steps(submap.state.vehicle()) : journal_.unconditioned_steps();
+  submap.steps = config_.condition_trajectory ? journal_.take_steps(submap.state.vehicle()) : journal_.take_unconditioned_steps();
   return submap;
 }
 

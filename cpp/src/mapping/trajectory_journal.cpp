@@ -1,6 +1,9 @@
 #include "ssjs/mapping/trajectory_journal.hpp"
 
 #include <Eigen/Cholesky>
+#include <utility>
+
+#include "ssjs/base/error.hpp"
 
 namespace ssjs {
 namespace {
@@ -9,6 +12,11 @@ using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
 
 constexpr double kExitVariance = 1e-12;  // as in the joining layer: a vehicle that hardly moved
 
+/// F' Lambda of the vehicle rows.
+void pass_back(const Eigen::Vector2d& lever, Eigen::Matrix3d& vehicle) {
+  vehicle.row(2) += lever.x() * vehicle.row(0) + lever.y() * vehicle.row(1);
+}
+
 }  // namespace
 
 void TrajectoryJournal::clear() {
@@ -16,13 +24,14 @@ void TrajectoryJournal::clear() {
   numbers_.clear();
   observations_.clear();
   steps_.clear();
-  transition_.setIdentity();
+  steps_.reserve(expected_steps_);
+  lever_.setZero();
   snapshot_due_ = true;
 }
 
 void TrajectoryJournal::push(Entry entry) {
-  entry.transition = transition_;
-  transition_.setIdentity();
+  entry.lever = lever_;
+  lever_.setZero();
   entries_.push_back(entry);
 }
 
@@ -31,7 +40,12 @@ void TrajectoryJournal::store(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
     numbers_.insert(numbers_.end(), matrix.col(c).data(), matrix.col(c).data() + matrix.rows());
 }
 
-void TrajectoryJournal::on_predict(const Eigen::Matrix3d& F) { transition_ = F * transition_; }
+void TrajectoryJournal::on_predict(const Eigen::Matrix3d& F) {
+  const bool is_shear =
+      F(0, 0) == 1.0 && F(1, 0) == 0.0 && F(2, 0) == 0.0 && F(0, 1) == 0.0 && F(1, 1) == 1.0 && F(2, 1) == 0.0 && F(2, 2) == 1.0;
+  if (!is_shear) throw InvalidArgument("MotionPrediction.F", "another matrix", "must be [1 0 a; 0 1 b; 0 0 1]: a motion of the plane");
+  lever_ += F.topRightCorner<2, 1>();
+}
 
 void TrajectoryJournal::on_update(const std::vector<LinearObservation>& observations, const Eigen::Ref<const Eigen::MatrixXd>& Y,
                                   const Eigen::Ref<const Eigen::MatrixXd>& L, const Eigen::Ref<const Eigen::VectorXd>& t) {
@@ -82,14 +96,18 @@ void TrajectoryJournal::step(double time_s, Ekf& filter) {
   push(entry);
 }
 
-std::vector<SubmapStep> TrajectoryJournal::unconditioned_steps() const { return steps_; }
+std::vector<SubmapStep> TrajectoryJournal::take_unconditioned_steps() {
+  expected_steps_ = steps_.size();
+  return std::move(steps_);
+}
 
-std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit) const {
-  std::vector<SubmapStep> conditioned = steps_;
+std::vector<SubmapStep> TrajectoryJournal::take_steps(const GaussianSe2& base_T_exit) {
   const Eigen::LLT<Eigen::Matrix3d> exit(base_T_exit.covariance + kExitVariance * Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d exit_information = exit.solve(Eigen::Matrix3d::Identity());
 
   // Lambda_t with Cov(e_t, e_exit) = P_t Lambda_t, from the exit backwards (C-3). Its vehicle rows and its landmark rows apart.
-  Eigen::Matrix3d vehicle = transition_.transpose();  // the motion after the last entry
+  Eigen::Matrix3d vehicle = Eigen::Matrix3d::Identity();
+  pass_back(lever_, vehicle);  // the motion after the last entry
   Eigen::MatrixXd landmarks = Eigen::MatrixXd::Zero(0, 3);
   Eigen::Index used = 0;  // rows of `landmarks`
   const auto resize = [&](Eigen::Index rows) {
@@ -105,13 +123,13 @@ std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit)
 
   // Steps share the snapshot of the step before them that has one: P(vehicle, landmarks) moves with the transitions only.
   std::vector<std::size_t> snapshot_of;
-  std::vector<Eigen::Matrix3d> since_snapshot;
+  std::vector<Eigen::Vector2d> since_snapshot;  // levers
   for (std::size_t i = 0, snapshot = 0; i < entries_.size(); ++i) {
     const Entry& entry = entries_[i];
     if (entry.kind != Kind::kStep) continue;
     if (entry.has_snapshot) snapshot = i;
     snapshot_of.push_back(snapshot);
-    since_snapshot.push_back(entry.has_snapshot ? Eigen::Matrix3d::Identity() : Eigen::Matrix3d(entry.transition * since_snapshot.back()));
+    since_snapshot.push_back(entry.has_snapshot ? Eigen::Vector2d::Zero() : Eigen::Vector2d(entry.lever + since_snapshot.back()));
   }
 
   std::size_t step = steps_.size();
@@ -128,11 +146,17 @@ std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit)
           const ConstMap P_landmark_vehicle(numbers_.data() + snapshot.data, snapshot.rows, 3);
           cross = P_landmark_vehicle.transpose() * landmarks.topRows(snapshot.rows);
         }
-        SubmapStep& at = conditioned[step];
-        const Eigen::Matrix3d with_exit = at.covariance * vehicle + since_snapshot[step] * cross;  // Cov(e_t, e_exit)
-        at.exit_gain = exit.solve(with_exit.transpose()).transpose();                              // (C-4)
-        const Eigen::Matrix3d conditional = at.covariance - at.exit_gain * with_exit.transpose();
-        at.conditional_covariance = 0.5 * (conditional + conditional.transpose());
+        SubmapStep& at = steps_[step];
+        Eigen::Matrix3d with_exit = at.covariance.lazyProduct(vehicle);  // Cov(e_t, e_exit)
+        with_exit += cross;
+        with_exit.topRows<2>() += since_snapshot[step].lazyProduct(cross.row(2));
+        at.exit_gain = with_exit.lazyProduct(exit_information);  // (C-4)
+        for (Eigen::Index c = 0; c < 3; ++c) {
+          for (Eigen::Index r = c; r < 3; ++r) {
+            at.conditional_covariance(r, c) = at.conditional_covariance(c, r) =
+                at.covariance(r, c) - at.exit_gain.row(r).dot(with_exit.row(c));
+          }
+        }
         break;
       }
       case Kind::kUpdate: {  // Lambda <- (I - K H)' (I + h t') Lambda
@@ -166,9 +190,9 @@ std::vector<SubmapStep> TrajectoryJournal::steps(const GaussianSe2& base_T_exit)
         break;
       }
     }
-    vehicle = (entry.transition.transpose() * vehicle).eval();
+    pass_back(entry.lever, vehicle);
   }
-  return conditioned;
+  return take_unconditioned_steps();
 }
 
 }  // namespace ssjs

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "ssjs/base/error.hpp"
-#include "ssjs/pipeline/motion.hpp"
 
 namespace ssjs {
 namespace {
@@ -72,8 +71,7 @@ void check_event(const Event& event, std::optional<double> last_time_s, const Ve
     throw InvalidArgument("odometry", "of another kind", "must match vehicle.kind of the configuration");
   }
   std::visit(RecordCheck{event.time_s}, event.record);
-  if (std::holds_alternative<AckermanControl>(event.record))
-    (void)hold_command({}, event, 0.0, vehicle);  // it refuses what cannot be driven
+  if (const auto* control = std::get_if<AckermanControl>(&event.record)) check_drivable(*control, vehicle.ackerman);
 }
 
 }  // namespace ssjs

@@ -10,6 +10,7 @@
 namespace ssjs {
 namespace {
 
+constexpr double kPatienceS = 0.1;           // the sink is asked that often at least, if no single step takes longer
 constexpr std::size_t kMaxJointBases = 400;  // beyond, the joint covariance of the bases is left out: 12 MB and growing with the square
 
 using Clock = std::chrono::steady_clock;
@@ -24,7 +25,7 @@ void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const Gauss
 template <class Pairing>
 void count(MissionResult& result, const Pairing& pairing, double chi_squared) {
   result.map_wrong_pairs += pairing.wrong_pairs.value_or(0);
-  result.map_identities_known = result.map_identities_known || pairing.wrong_pairs.has_value();
+  result.map_identities_known = result.map_identities_known || (pairing.pairs > 0 && pairing.wrong_pairs.has_value());
   result.fusion_chi_squared += chi_squared;
   result.fusion_dof += pairing.dof;
 }
@@ -59,17 +60,25 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
 
   const Eigen::Index report_every = std::max<Eigen::Index>(1, n / 1000);
   const auto begin = Clock::now();
+  auto asked = begin;
+  const auto ask = [&](double fraction) {
+    asked = Clock::now();
+    if (progress && !progress(fraction)) throw Cancelled();
+  };
   for (Eigen::Index i = 0; i < n; ++i) {
-    if (progress && i % report_every == 0 && !progress(static_cast<double>(i) / static_cast<double>(n))) throw Cancelled();
+    if (i % report_every == 0 || std::chrono::duration<double>(Clock::now() - asked).count() > kPatienceS) {
+      ask(static_cast<double>(i) / static_cast<double>(n));
+    }
     const auto step_begin = Clock::now();
     const StepReport step = pipeline.feed(events[static_cast<std::size_t>(i)]);
-    result.step_time_us(i) = std::chrono::duration<double, std::micro>(Clock::now() - step_begin).count();
+    const double step_s = std::chrono::duration<double>(Clock::now() - step_begin).count();
+    result.step_time_us(i) = 1e6 * step_s;
     if (smoothing) smoothing->feed(events[static_cast<std::size_t>(i)], step.scan);
     result.time_s(i) = step.time_s;
     put(result.online_pose, result.online_covariance, i, step.global_T_vehicle);
     result.dead_reckoning.row(i) = pipeline.dead_reckoning().vector();
     result.submap.push_back(step.submap);
-    result.time_local_s += step.local_time_s;
+    result.time_local_s += step_s - step.global_time_s - step.association_time_s;
     result.time_global_s += step.global_time_s;
     result.time_association_s += step.association_time_s;
     if (step.scan) {
@@ -80,6 +89,7 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
     }
     if (step.join) take(result, *step.join);
   }
+  ask(1.0);
   const auto finish_begin = Clock::now();
   const JoinReport last = pipeline.finish();
   take(result, last);
@@ -87,11 +97,13 @@ MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& ev
   result.time_global_s += std::chrono::duration<double>(Clock::now() - finish_begin).count() - last.association_time_s;
   result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
 
+  ask(1.0);
   if (n > 0) {
     const bool joint = pipeline.submaps().size() <= kMaxJointBases;
     result.world = pipeline.world(joint ? BaseCovariance::kJoint : BaseCovariance::kBorders);
     std::vector<TrajectoryPoint> trajectory = final_trajectory(pipeline.submaps(), result.world);
     if (smoothing) {
+      ask(1.0);
       const auto smoothing_begin = Clock::now();
       SmoothedMission smoothed = smoothing->smooth(trajectory, std::move(result.world.landmarks));
       result.smoothing = smoothed.report;

@@ -47,15 +47,15 @@ std::map<std::int64_t, int> merge_known(std::vector<LandmarkEstimate>& landmarks
 
 }  // namespace
 
-MissionSmoothing::MissionSmoothing(const SlamConfig& config)
-    : config_(config), motion_(config.vehicle, config.method == Method::kAugmentedEkf) {}
+MissionSmoothing::MissionSmoothing(const SlamConfig& config) : config_(config), motion_(config.vehicle) {}
 
 void MissionSmoothing::feed(const Event& event, const std::optional<ScanResult>& scan) {
   motion_.take(event);
   Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  if (const std::optional<MotionPrediction> motion = motion_.from(pose_T_vehicle_.mean)) {
-    F = motion->F;
-    pose_T_vehicle_ = {motion->submap_T_vehicle, F * pose_T_vehicle_.covariance * F.transpose() + motion->Q};  // (B-11)
+  if (const auto& increment = motion_.increment()) {
+    const MotionPrediction motion = predict_increment(pose_T_vehicle_.mean, *increment);
+    F = motion.F;
+    pose_T_vehicle_ = {motion.submap_T_vehicle, F * pose_T_vehicle_.covariance * F.transpose() + motion.Q};  // (B-11)
   }
   transitions_.push_back(F);
   SubmapStep step;

@@ -15,22 +15,15 @@ OdometryIncrement command_increment(const Event& command, double dt_s, const Veh
 }
 
 void OdometryMotion::take(const Event& event) {
-  dt_s_ = time_s_ ? event.time_s - *time_s_ : 0.0;
+  const double dt_s = time_s_ ? event.time_s - *time_s_ : 0.0;
   time_s_ = event.time_s;
-  held_ = next_;
   increment_.reset();
   if (const auto* increment = std::get_if<OdometryIncrement>(&event.record)) {
     increment_ = *increment;
-  } else if (std::holds_alternative<AckermanControl>(event.record) || std::holds_alternative<VelocityControl>(event.record)) {
-    next_ = event;
+  } else if (held_ && dt_s > 0.0) {
+    increment_ = command_increment(*held_, dt_s, config_);
   }
-}
-
-std::optional<MotionPrediction> OdometryMotion::from(const Se2& frame_T_vehicle) const {
-  if (increment_) return predict_increment(frame_T_vehicle, *increment_);
-  if (!held_ || !(dt_s_ > 0.0)) return std::nullopt;
-  if (by_increments_) return predict_increment(frame_T_vehicle, command_increment(*held_, dt_s_, config_));
-  return hold_command(frame_T_vehicle, *held_, dt_s_, config_);
+  if (std::holds_alternative<AckermanControl>(event.record) || std::holds_alternative<VelocityControl>(event.record)) held_ = event;
 }
 
 }  // namespace ssjs

@@ -1,6 +1,5 @@
 #include "ssjs/pipeline/slam_pipeline.hpp"
 
-#include <chrono>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
@@ -11,9 +10,6 @@
 namespace ssjs {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
 const SlamConfig& valid(const SlamConfig& config) {
   throw_if_any(config.violations());
   return config;
@@ -22,12 +18,11 @@ const SlamConfig& valid(const SlamConfig& config) {
 }  // namespace
 
 SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
-    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle, config_.method == Method::kAugmentedEkf) {}
+    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle) {}
 
 StepReport SlamPipeline::feed(const Event& event) {
   if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
   check_event(event, time_s_, config_.vehicle);
-  const auto begin = Clock::now();
   const std::optional<Features> scan = observed_features(event, config_.trees, config_.sensor);  // nothing has changed yet if it refuses
   StepReport report;
   move(event);
@@ -36,7 +31,6 @@ StepReport SlamPipeline::feed(const Event& event) {
   report.time_s = event.time_s;
   report.submap = mapper_->submap();
   report.global_T_vehicle = global_T_vehicle();
-  report.local_time_s = seconds_since(begin) - report.global_time_s - report.association_time_s;
   return report;
 }
 
@@ -44,10 +38,10 @@ StepReport SlamPipeline::feed(const Event& event) {
 void SlamPipeline::move(const Event& event) {
   time_s_ = event.time_s;
   motion_.take(event);
-  const std::optional<MotionPrediction> motion = motion_.from(mapper_->base_T_vehicle());
-  if (!motion) return;
-  mapper_->predict(event.time_s, *motion);
-  dead_reckoning_ = motion_.from(dead_reckoning_)->submap_T_vehicle;
+  const std::optional<OdometryIncrement>& increment = motion_.increment();
+  if (!increment) return;
+  mapper_->predict(event.time_s, predict_increment(mapper_->base_T_vehicle(), *increment));
+  dead_reckoning_ = dead_reckoning_ * increment->old_T_new.mean;
 }
 
 /// Algorithm 4: predict, associate, update, add features; Algorithm 3: a finished submap goes to the global level.

@@ -15,17 +15,29 @@ namespace {
       "after calibration it must lie in (-pi/2, pi/2) and keep the encoder wheel rolling forward: tan(steering) H / L < 1");
 }
 
+double calibrated_steering(const AckermanControl& control, const AckermanConfig& config) {
+  return config.steering_scale * control.steering_rad + config.steering_offset_rad;
+}
+
+/// Below half a right angle an encoder wheel inside the wheelbase always rolls forward.
+bool is_drivable(double steering, const AckermanConfig& config) {
+  if (std::abs(steering) <= 0.25 * kPi && std::abs(config.encoder_offset_m) < config.wheelbase_m) return true;
+  return std::abs(steering) < 0.5 * kPi && 1.0 - std::tan(steering) * config.encoder_offset_m / config.wheelbase_m > 0.0;
+}
+
 }  // namespace
+
+void check_drivable(const AckermanControl& control, const AckermanConfig& config) {
+  if (!std::isfinite(control.speed_m_s) || !is_drivable(calibrated_steering(control, config), config)) refuse(control, 0.0);
+}
 
 MotionPrediction predict_ackerman(const Se2& submap_T_vehicle, const AckermanControl& control, double dt_s, const AckermanConfig& config) {
   const double L = config.wheelbase_m;
   const double H = config.encoder_offset_m;
-  const double steering = config.steering_scale * control.steering_rad + config.steering_offset_rad;
+  const double steering = calibrated_steering(control, config);
+  if (!(dt_s >= 0.0) || !std::isfinite(dt_s) || !std::isfinite(control.speed_m_s) || !is_drivable(steering, config)) refuse(control, dt_s);
   const double tangent = std::tan(steering);
   const double q = 1.0 - tangent * H / L;
-  if (!(dt_s >= 0.0) || !std::isfinite(dt_s) || !std::isfinite(control.speed_m_s) || !(std::abs(steering) < 0.5 * kPi) || !(q > 0.0)) {
-    refuse(control, dt_s);
-  }
 
   const double c = std::cos(submap_T_vehicle.heading);
   const double s = std::sin(submap_T_vehicle.heading);

@@ -3,9 +3,17 @@
 namespace ssjs {
 
 MotionPrediction predict_increment(const Se2& submap_T_vehicle, const OdometryIncrement& increment) {
-  const Eigen::Matrix3d J2 = compose_jacobian_right(submap_T_vehicle);
-  return {submap_T_vehicle * increment.old_T_new.mean,  // (M-8)
-          compose_jacobian_left(submap_T_vehicle, increment.old_T_new.mean), J2 * increment.old_T_new.covariance * J2.transpose()};
+  const auto& [mean, covariance] = increment.old_T_new;
+  const Eigen::Matrix2d R = submap_T_vehicle.rotation();
+  const Eigen::Vector2d moved = R * mean.translation();
+  MotionPrediction prediction;  // (M-8)
+  prediction.submap_T_vehicle = {submap_T_vehicle.x + moved.x(), submap_T_vehicle.y + moved.y(),
+                                 wrap_angle(submap_T_vehicle.heading + mean.heading)};
+  prediction.F << 1.0, 0.0, -moved.y(),  //
+      0.0, 1.0, moved.x(),               //
+      0.0, 0.0, 1.0;
+  prediction.Q = turned(R, covariance);
+  return prediction;
 }
 
 }  // namespace ssjs

@@ -6,6 +6,7 @@ import click
 
 from ssjs_cli.options import common_options
 from ssjs_cli.session import Session
+from ssjs_cli.study_options import time_limit_option
 
 
 @click.command()
@@ -13,6 +14,7 @@ from ssjs_cli.session import Session
 @click.option("--methods", default="all", metavar="all|M,M,...", show_default=True, help="Which methods, in this order.")
 @click.option("--association", default=None, metavar="METHOD", help="Data association of every run; default as the mission says.")
 @click.option("--repeat", type=click.IntRange(1), default=1, show_default=True, help="Runs a method, taken in turn; times are medians.")
+@time_limit_option
 @click.option("--config", "config_path", type=click.Path(), default=None, help="TOML file with settings for every method.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated.")
 @common_options(out_help="Folder of the study (default runs/<mission>-comparison).")
@@ -25,6 +27,7 @@ def compare(
     repeat: int,
     config_path: str | None,
     assignments: tuple[str, ...],
+    time_limit_s: float | None,
     seed: int | None,
     force: bool,
     out: str | None,
@@ -48,5 +51,6 @@ def compare(
         seed=seed,
         out=None if out is None else Path(out),
         force=force,
+        time_limit_s=time_limit_s,
     )
     return answer_comparison(compare_methods(request, session), session)

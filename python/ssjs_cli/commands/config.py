@@ -1,14 +1,37 @@
 """ssjs-cli config: the settings as text, as a schema, and files checked."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ssjs_cli.exit_codes import DONE
 from ssjs_cli.options import common_options
 from ssjs_cli.session import Session
+
+if TYPE_CHECKING:
+    from ssjs_cli.config import SettingsKind
+
+OF_RUN, OF_SEGMENTATION = "run", "segmentation"
+
+
+def _kind_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    text = "Settings of `run` and its studies, or of `segment`."
+    return click.option("--of", "kind_name", type=click.Choice((OF_RUN, OF_SEGMENTATION)), default=OF_RUN, show_default=True, help=text)(
+        command
+    )
+
+
+def _kind(name: str) -> "SettingsKind":
+    if name == OF_SEGMENTATION:
+        from ssjs_cli.segmentation.settings import SEGMENTATION
+
+        return SEGMENTATION
+    from ssjs_cli.config import ESTIMATOR
+
+    return ESTIMATOR
 
 
 @click.group()
@@ -34,19 +57,29 @@ def _deliver(session: Session, text: str, out: str | None, force: bool) -> int:
 
 
 @config.command()
+@_kind_option
 @click.option("--config", "config_path", type=click.Path(), default=None, help="Settings laid over the defaults.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated.")
 @common_options(out_help="File to write (default: stdout).")
 @click.pass_obj
-def dump(session: Session, config_path: str | None, assignments: tuple[str, ...], seed: int | None, force: bool, out: str | None) -> int:
-    """Print every setting as TOML (with --json as JSON), ready for `run --config`."""
+def dump(
+    session: Session,
+    kind_name: str,
+    config_path: str | None,
+    assignments: tuple[str, ...],
+    seed: int | None,
+    force: bool,
+    out: str | None,
+) -> int:
+    """Print every setting as TOML (with --json as JSON), ready for `run --config` or `segment --config`."""
     from ssjs_cli.config import DEFAULT_SEED, SEED_KEY, layer_from_assignments, layer_from_file, nest, resolve
 
+    kind = _kind(kind_name)
     layers, file_seed = [], None
     if config_path is not None:
-        layer, file_seed = layer_from_file(Path(config_path))
+        layer, file_seed = layer_from_file(Path(config_path), kind)
         layers.append(layer)
-    settings = resolve([*layers, layer_from_assignments(assignments)])
+    settings = resolve([*layers, layer_from_assignments(assignments, kind)], kind)
     chosen = seed if seed is not None else DEFAULT_SEED if file_seed is None else file_seed
     if session.json_output and out is None:
         return _deliver(session, json.dumps({SEED_KEY: chosen, **nest(settings.values)}, indent=2) + "\n", out, force)
@@ -54,33 +87,36 @@ def dump(session: Session, config_path: str | None, assignments: tuple[str, ...]
 
 
 @config.command()
+@_kind_option
 @common_options(out_help="File to write (default: stdout).")
 @click.pass_obj
-def schema(session: Session, seed: int | None, force: bool, out: str | None) -> int:
+def schema(session: Session, kind_name: str, seed: int | None, force: bool, out: str | None) -> int:
     """Print the JSON schema of the settings."""
     from ssjs_cli.config import json_schema
 
-    return _deliver(session, json.dumps(json_schema(), indent=2) + "\n", out, force)
+    return _deliver(session, json.dumps(json_schema(_kind(kind_name)), indent=2) + "\n", out, force)
 
 
 @config.command()
 @click.argument("file", type=click.Path())
+@_kind_option
 @common_options(out_help="Not used: nothing is written.")
 @click.pass_obj
-def check(session: Session, file: str, seed: int | None, force: bool, out: str | None) -> int:
+def check(session: Session, file: str, kind_name: str, seed: int | None, force: bool, out: str | None) -> int:
     """Check FILE: a configuration file, a mission.toml or a mission directory."""
     from ssjs_cli.config import Layer, layer_from_file, layer_from_tables, resolve
     from ssjs_cli.formats.mission import MISSION_FILE, read_mission_document
 
+    kind = _kind(kind_name)
     path = Path(file)
     if path.is_dir():
         path = path / MISSION_FILE
     layer: Layer
-    if path.name == MISSION_FILE:
+    if path.name == MISSION_FILE and kind_name == OF_RUN:
         layer = layer_from_tables(read_mission_document(path).settings, f"{path} [settings]")
     else:
-        layer, _ = layer_from_file(path)
-    resolve([layer])
+        layer, _ = layer_from_file(path, kind)
+    resolve([layer], kind)
     changed: dict[str, Any] = dict(layer.values)
     session.answer({"file": str(path), "valid": True, "settings": changed}, f"{path}: valid, {len(changed)} settings given")
     return DONE

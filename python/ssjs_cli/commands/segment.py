@@ -1,12 +1,11 @@
 """ssjs-cli segment: sonar images to masks, regions and centroids."""
 
-from pathlib import Path
 from typing import Any
 
 import click
 
 from ssjs_cli.options import common_options
-from ssjs_cli.segment_options import settings_options
+from ssjs_cli.segment_options import path_of, settings_options, settings_request
 from ssjs_cli.session import Session
 
 
@@ -14,13 +13,9 @@ from ssjs_cli.session import Session
 @click.argument("images", nargs=-1, required=True)
 @click.option("--method", default=None, metavar="improved-otsu|otsu|local|iterative|max-entropy", help="Threshold method.")
 @settings_options
+@click.option("--pixel-size-m", "pixel_size", default=None, metavar="ALONG,ACROSS", help="Size of a pixel on the seabed, for metres.")
 @click.option(
-    "--mask",
-    "valid_mask",
-    type=click.Path(),
-    default=None,
-    metavar="FILE|DIR",
-    help="Where pixels are measurements: one for all, or by name.",
+    "--nadir", default=None, metavar="left|middle|right|COLUMN", help="Where the sonar passed; across-track distances start there."
 )
 @click.option("--objects", default=None, metavar="regions|shadows", help="Objects are near regions, or highlights with shadows.")
 @click.option("--altitude-m", type=float, default=None, help="Of the sonar above the seabed, for heights from shadows.")
@@ -39,28 +34,15 @@ def segment(session: Session, /, images: tuple[str, ...], **options: Any) -> int
     """
     from ssjs_cli.segmentation.answer import answer_segmentation
     from ssjs_cli.segmentation.run import SegmentationRequest, segment_images
-    from ssjs_cli.segmentation.settings import SettingsRequest
 
     request = SegmentationRequest(
         images,
-        SettingsRequest(
-            method=options["method"],
-            preset=options["preset"],
-            objects=options["objects"],
-            nadir=options["nadir"],
-            pixel_size=options["pixel_size"],
-            invalid_value=options["invalid_value"],
-            padding_level=options["padding_level"],
-            altitude_m=options["altitude_m"],
-            config_path=None if options["config_path"] is None else Path(options["config_path"]),
-            assignments=options["assignments"],
-            seed=options["seed"],
-        ),
-        valid_mask=None if options["valid_mask"] is None else Path(options["valid_mask"]),
+        settings_request(options),
+        valid_mask=path_of(options["valid_mask"]),
         jobs=options["jobs"],
         keep_steps=options["keep_intermediates"],
         with_report=not options["no_report"],
-        out=None if options["out"] is None else Path(options["out"]),
+        out=path_of(options["out"]),
         force=options["force"],
     )
     return answer_segmentation(segment_images(request, session), session)

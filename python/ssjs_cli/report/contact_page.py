@@ -8,7 +8,7 @@ from urllib.parse import quote
 from ssjs_cli.report.page_parts import render
 from ssjs_cli.report.tables import Row
 from ssjs_cli.segmentation.contact_sheet import SheetEntry, Thumbnail
-from ssjs_cli.segmentation.pictures import BORDER, CENTROID, INVALID, OBJECT, Colour
+from ssjs_cli.segmentation.pictures import BORDER, CENTROID, INVALID, OBJECT, TRUTH, Colour
 
 #: More rows and failures stay in the tables beside the page.
 MAX_ROWS = 2000
@@ -40,6 +40,7 @@ class ContactPage:
     orders: list[tuple[str, str]] = field(default_factory=list)
     failures: list[tuple[str, str]] = field(default_factory=list)
     objects_are_shown: bool = True
+    truth_is_shown: bool = False
 
 
 def render_contacts(page: ContactPage) -> str:
@@ -79,5 +80,7 @@ def _legend(page: ContactPage) -> list[tuple[str, str, bool]]:
     marks: list[tuple[Colour, str, bool]] = [(BORDER, "border of a region", False), (CENTROID, "its centroid", False)]
     if page.objects_are_shown:
         marks.append((OBJECT, "centroid of an object", True))
+    if page.truth_is_shown:
+        marks.append((TRUTH, "border of the truth", False))
     marks.append((INVALID, "invalid pixels", False))
     return [("#{:02x}{:02x}{:02x}".format(*colour), text, ring) for colour, text, ring in marks]

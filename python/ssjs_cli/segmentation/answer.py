@@ -1,9 +1,27 @@
 """What a finished segmentation says on the terminal."""
 
 from ssjs_cli.exit_codes import DONE, PARTLY_DONE
+from ssjs_cli.segmentation import comparison as compared
 from ssjs_cli.segmentation.result_files import OBJECTS_FILE, PAGE_FILE, REGIONS_FILE
 from ssjs_cli.segmentation.run import FinishedSegmentation
 from ssjs_cli.session import Session
+from ssjs_cli.studies.tables import Column, terminal_table
+
+COMPARISON_COLUMNS: tuple[Column, ...] = (
+    ("method", "method", ""),
+    ("threshold_median", "threshold", ".0f"),
+    ("time_ms_median", "ms", ".3f"),
+    ("chain_time_ms_median", "chain ms", ".3f"),
+    ("hit_rate", "hit rate", ".3f"),
+    ("recall", "recall", ".3f"),
+    ("object_recall", "found", ".3f"),
+    ("fpr", "FPR", ".4f"),
+    ("ppv", "PPV", ".3f"),
+    ("centroid_error_px_median", "centroid px", ".2f"),
+    ("false_regions_per_image", "false regions", ".2f"),
+    ("false_area_fraction", "false area", ".2%"),
+    ("regions_per_image", "regions", ".1f"),
+)
 
 
 def answer_segmentation(finished: FinishedSegmentation, session: Session) -> int:
@@ -21,3 +39,14 @@ def answer_segmentation(finished: FinishedSegmentation, session: Session) -> int
     lines += [f"{name.split('.')[0]:<11} {finished.directory / name}" for name in names]
     session.answer({"directory": str(finished.directory), **finished.document}, "\n".join(lines))
     return PARTLY_DONE if finished.failures else DONE
+
+
+def answer_comparison(comparison: compared.MethodComparison, session: Session) -> int:
+    for name, reason in comparison.failures:
+        session.message(f"lost: {reason}" if name in reason else f"lost: {name}: {reason}")
+    rows = comparison.methods
+    names = [name for name in (compared.COMPARISON_FILE, compared.PAGE_FILE) if name != compared.PAGE_FILE or comparison.has_page]
+    lines = [f"{name.split('.')[0]:<11} {comparison.directory / name}" for name in names]
+    title = f"{comparison.title}: {rows[0]['images']} images"
+    session.answer(comparison.document, terminal_table(title, COMPARISON_COLUMNS, rows) + "\n\n" + "\n".join(lines))
+    return PARTLY_DONE if comparison.failures else DONE

@@ -53,9 +53,9 @@ class SheetEntry:
 def thumbnails(drawing: Drawing) -> list[Thumbnail]:
     made: Panels = panels(drawing, THUMBNAIL_PX)
     return [
-        Thumbnail("picture", _jpeg(made.original)),
+        Thumbnail("picture", jpeg_bytes(made.original)),
         Thumbnail("mask", png_bytes(made.mask)),
-        Thumbnail("regions and centroids", _jpeg(made.marked)),
+        Thumbnail("regions and centroids", jpeg_bytes(made.marked)),
     ]
 
 
@@ -73,14 +73,14 @@ def contact_sheet(entries: Sequence[SheetEntry], title: str) -> bytes:
     cell_width = panel_count * box_width + (panel_count - 1) * _GAP_PX
     columns = max(1, min(len(entries), (_WIDTH_PX - 2 * _MARGIN_PX + _CELL_GAP_PX) // (cell_width + _CELL_GAP_PX)))
     lines = max((1 + len(entry.lines) for entry in entries), default=0)
-    cell_height = box_height + _GAP_PX + lines * _LINE_PX
+    cell_height = box_height + _LINE_PX + _GAP_PX + lines * _LINE_PX
     rows = -(-len(entries) // columns)
     top = _MARGIN_PX + 2 * _LINE_PX
     width = 2 * _MARGIN_PX + columns * cell_width + (columns - 1) * _CELL_GAP_PX
     height = top + rows * (cell_height + _CELL_GAP_PX) - (_CELL_GAP_PX if rows else 0) + _MARGIN_PX
     sheet = Image.new("RGB", (width, height), _BACKGROUND)
     canvas = ImageDraw.Draw(sheet)
-    font, title_font = ImageFont.load_default(_FONT_PX), ImageFont.load_default(_FONT_PX + 3)
+    label_font, font, title_font = (ImageFont.load_default(size) for size in (_FONT_PX - 2, _FONT_PX, _FONT_PX + 3))
     canvas.text((_MARGIN_PX, _MARGIN_PX - 4), title, fill=_INK, font=title_font)
     for position, entry in enumerate(entries):
         row, column = divmod(position, columns)
@@ -92,8 +92,9 @@ def contact_sheet(entries: Sequence[SheetEntry], title: str) -> bytes:
                 y = upper + box_height - picture.height
                 sheet.paste(picture.convert("RGB"), (x, y))
                 canvas.rectangle((x - 1, y - 1, x + picture.width, y + picture.height), outline=_FRAME)
+            canvas.text((x, upper + box_height + 2), thumbnail.label, fill=_MUTED, font=label_font)
         for line, text in enumerate([entry.name, *entry.lines]):
-            place = (left, upper + box_height + _GAP_PX + line * _LINE_PX)
+            place = (left, upper + box_height + _LINE_PX + _GAP_PX + line * _LINE_PX)
             canvas.text(place, _fitted(text, font, cell_width), fill=_MUTED if line else _INK, font=font)
     return png_bytes(np.asarray(sheet))
 
@@ -107,7 +108,7 @@ def _fitted(text: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width
     return "..." + text
 
 
-def _jpeg(pixels: Pixels) -> bytes:
+def jpeg_bytes(pixels: Pixels) -> bytes:
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, format="JPEG", quality=_JPEG_QUALITY, subsampling=0)
     return buffer.getvalue()

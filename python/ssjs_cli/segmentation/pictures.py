@@ -22,6 +22,7 @@ INVALID: Colour = (27, 38, 66)
 BORDER: Colour = (255, 158, 27)
 CENTROID: Colour = (255, 45, 85)
 OBJECT: Colour = (64, 224, 255)
+TRUTH: Colour = (70, 230, 110)
 #: Overlays are not larger than this on their longer side.
 MAX_OVERLAY_PX = 4096
 #: What is drawn out to black and white: all but the darkest and brightest few valid pixels.
@@ -39,6 +40,14 @@ class Drawing:
     mask: Mask
     regions_px: Sequence[Point]
     objects_px: Sequence[Point]
+
+
+def picture_with_truth(image: LevelImage, truth: Mask, box_px: tuple[int, int]) -> Pixels:
+    """A thumbnail with the borders of what is truly there."""
+    small, _ = _thumbnail(Drawing(image, truth, [], []), box_px)
+    result = _coloured(small)
+    result[_inner_border(small.mask)] = TRUTH
+    return result
 
 
 @dataclass(frozen=True)
@@ -59,19 +68,11 @@ def overlay(drawing: Drawing) -> Pixels:
 
 def panels(drawing: Drawing, box_px: tuple[int, int]) -> Panels:
     """Thumbnails that fit into a box of (width, height)."""
-    height_px, width_px = drawing.image.levels.shape
-    scale = min(box_px[0] / width_px, box_px[1] / height_px, _MAX_MAGNIFICATION)
-    size = (max(1, round(scale * width_px)), max(1, round(scale * height_px)))
-    small = _shrunk(drawing, max(1, int(1.0 / scale)))
-    resized = _Small(
-        _resized(small.grey, size, Image.Resampling.BOX if scale < 1 else Image.Resampling.NEAREST),
-        _resized_mask(small.mask, size),
-        None if small.valid is None else _resized(small.valid, size, Image.Resampling.NEAREST),
-    )
-    mask = np.repeat(resized.mask[:, :, np.newaxis], 3, axis=2)
-    if resized.valid is not None:
-        mask[resized.valid == 0] = INVALID
-    return Panels(_coloured(resized), mask, _with_marks(resized, drawing, scale=scale, mark_px=3))
+    small, scale = _thumbnail(drawing, box_px)
+    mask = np.repeat(small.mask[:, :, np.newaxis], 3, axis=2)
+    if small.valid is not None:
+        mask[small.valid == 0] = INVALID
+    return Panels(_coloured(small), mask, _with_marks(small, drawing, scale=scale, mark_px=3))
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,17 @@ class _Small:
     grey: Pixels
     mask: Mask
     valid: Mask | None
+
+
+def _thumbnail(drawing: Drawing, box_px: tuple[int, int]) -> tuple[_Small, float]:
+    """With its scale, thumbnail pixels a pixel."""
+    height_px, width_px = drawing.image.levels.shape
+    scale = min(box_px[0] / width_px, box_px[1] / height_px, _MAX_MAGNIFICATION)
+    size = (max(1, round(scale * width_px)), max(1, round(scale * height_px)))
+    small = _shrunk(drawing, max(1, int(1.0 / scale)))
+    grey = _resized(small.grey, size, Image.Resampling.BOX if scale < 1 else Image.Resampling.NEAREST)
+    valid = None if small.valid is None else _resized(small.valid, size, Image.Resampling.NEAREST)
+    return _Small(grey, _resized_mask(small.mask, size), valid), scale
 
 
 def _shrunk(drawing: Drawing, factor: int) -> _Small:

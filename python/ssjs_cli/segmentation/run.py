@@ -45,7 +45,7 @@ def segment_images(request: SegmentationRequest, session: Session) -> FinishedSe
     images = listed_images(request.images)
     if request.valid_mask is not None and not request.valid_mask.exists():
         raise UserError(f"{request.valid_mask}: No such file or directory; check the path of --mask")
-    out = request.out or Path("runs") / f"{_title(request.images)}-segmentation"
+    out = request.out or Path("runs") / f"{title_of(request.images)}-segmentation"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     started_s = time.perf_counter()
     with new_directory(out, force=request.force, why_not_ours=why_not_a_segmentation, kind=KIND) as partial:
@@ -60,7 +60,7 @@ def segment_images(request: SegmentationRequest, session: Session) -> FinishedSe
         if len(failures) == len(images):
             raise UserError("\n".join(reason for _, reason in failures[:20]) + _more(len(failures) - 20))
         segmented = Segmented(
-            title=_title(request.images),
+            title=title_of(request.images),
             method=str(settings.values["segmentation.method"]),
             preset=request.settings.preset or (DEFAULT_PRESET if request.settings.config_path is None else None),
             seed=seed,
@@ -118,7 +118,7 @@ def _here(work: Work, jobs: Sequence[Job]) -> Iterator[Outcome]:
         yield attempt(work, job)
 
 
-def _title(arguments: Sequence[str]) -> str:
+def title_of(arguments: Sequence[str]) -> str:
     """The name of the first folder or image, as far as it is a name."""
     first = Path(arguments[0])
     while any(character in first.name for character in "*?["):

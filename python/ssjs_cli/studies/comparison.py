@@ -46,6 +46,7 @@ class ComparisonRequest:
     seed: int | None = None
     out: Path | None = None
     force: bool = False
+    time_limit_s: float | None = None
 
 
 @dataclass
@@ -81,7 +82,7 @@ def compare(request: ComparisonRequest, session: Session) -> Comparison:
             reasons[method] = str(error)
             continue
         associations[method] = settings.values[ASSOCIATION_KEY]
-        plans[method] = [_planned(settings, seed, repeat, directory, mission, digests) for repeat in range(request.repeats)]
+        plans[method] = [_planned(settings, seed, repeat, directory, mission, digests, request) for repeat in range(request.repeats)]
     runs = [plans[method][repeat] for repeat in range(request.repeats) for method in plans]
     definition = {
         "study": "comparison",
@@ -96,7 +97,9 @@ def compare(request: ComparisonRequest, session: Session) -> Comparison:
     out = request.out or Path("runs") / f"{path_name(mission.name)}-comparison"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     with open_study(out, definition, outputs=OUTPUTS, force=request.force) as folder:
-        done = carry_out(perform, runs, ProcessPool(1, fresh_processes=True), folder, "comparing", session)
+        done = carry_out(
+            perform, runs, ProcessPool(1, fresh_processes=True, time_limit_s=request.time_limit_s), folder, "comparing", session
+        )
         result = _assembled(request, out, mission, seed, plans, associations, reasons, done)
         folder.write(COMPARISON_FILE, json_text(result.document))
         folder.write(TABLE_FILE, csv_text(KEYS, result.rows))
@@ -119,7 +122,15 @@ def _settings_for(method: str | None, request: ComparisonRequest, directory: Pat
     return resolve_settings(run, directory, mission)
 
 
-def _planned(settings: Settings, seed: int, repeat: int, directory: Path, mission: Mission, digests: Mapping[str, str]) -> PlannedRun:
+def _planned(
+    settings: Settings,
+    seed: int,
+    repeat: int,
+    directory: Path,
+    mission: Mission,
+    digests: Mapping[str, str],
+    request: ComparisonRequest,
+) -> PlannedRun:
     values = dict(settings.values)
     core = core_identity()
     identity = {
@@ -131,7 +142,7 @@ def _planned(settings: Settings, seed: int, repeat: int, directory: Path, missio
         "repeat": repeat,
         "settings": values,
     }
-    return PlannedRun(identity, RunTask(str(directory.resolve()), values, seed, core["version"], "all"))
+    return PlannedRun(identity, RunTask(str(directory.resolve()), values, seed, core["version"], "all", request.time_limit_s))
 
 
 def _assembled(

@@ -22,6 +22,7 @@ TIME_COLUMNS: tuple[Column, ...] = (
     ("loop_closures", "closures", "d"),
     ("fusions", "fusions", "d"),
     ("wrong_pairs", "wrong pairs", "d"),
+    ("reason", "why not", ""),
 )
 ACCURACY_COLUMNS: tuple[Column, ...] = (
     ("method", "method", ""),

@@ -36,6 +36,14 @@ class Outcome:
     fault: str = ""
 
 
+class TimeLimitError(Exception):
+    """A run has come to its time limit. Another day it might not: the reason is not a lasting one."""
+
+
+def time_limit_reason(time_limit_s: float, how_far: str) -> str:
+    return f"not finished within the time limit of {time_limit_s:g} s ({how_far}); a longer --time-limit-s lets it go on"
+
+
 class Executor(Protocol):
     def outcomes(self, work: Work, jobs: Sequence[Job]) -> Iterator[Outcome | None]:
         """Every job once, in the order in which they end; None whenever POLL_S passed without an end. Closing the iterator stops
@@ -49,6 +57,8 @@ def attempt(work: Work, job: Job) -> Outcome:
         return Outcome(job.key, record=work(job.payload))
     except UserError as error:
         return Outcome(job.key, reason=str(error), lasting=True)
+    except TimeLimitError as error:
+        return Outcome(job.key, reason=str(error))
     except MemoryError:
         return Outcome(job.key, reason="the memory was used up; free some, or run fewer jobs at a time")
     except Exception as error:

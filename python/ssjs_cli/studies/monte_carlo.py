@@ -121,7 +121,9 @@ def study_consistency(request: StudyRequest, session: Session) -> ConsistencyStu
             settings[method] = plan.settings(request, method, {})
         except UserError as error:
             refused[method] = str(error)
-    planned = {method: [plan.run(chosen, seed, "consistency") for seed in plan.seeds] for method, chosen in settings.items()}
+    planned = {
+        method: [plan.run(chosen, seed, "consistency", request.time_limit_s) for seed in plan.seeds] for method, chosen in settings.items()
+    }
     out = request.folder(plan.scenario, "consistency")
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     digest = key_of({method: dict(chosen.values) for method, chosen in settings.items()})

@@ -3,25 +3,30 @@
 import multiprocessing
 import os
 import signal
+import time
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from ssjs_cli.studies.executor import MAX_ATTEMPTS, POLL_S, Job, Outcome, Work, attempt
+from ssjs_cli.studies.executor import MAX_ATTEMPTS, POLL_S, Job, Outcome, Work, attempt, time_limit_reason
 
 #: One worker computes on one thread: more would fight over the cores, and sums split over threads differ in their last digit.
 ONE_THREAD: Mapping[str, str] = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 STOP_TIMEOUT_S = 5.0
+#: A run ends itself at its time limit, but only between two steps of the method: so much later its process is ended.
+TIME_LIMIT_GRACE_S = 10.0
 
 
 class ProcessPool:
-    """`workers` processes. With fresh_processes every job gets a new one, whose largest memory is then that of the job alone."""
+    """`workers` processes. With fresh_processes every job gets a new one, whose largest memory is then that of the job alone. Work that
+    does not keep to time_limit_s by itself is ended with its process."""
 
-    def __init__(self, workers: int, *, fresh_processes: bool = False) -> None:
+    def __init__(self, workers: int, *, fresh_processes: bool = False, time_limit_s: float | None = None) -> None:
         self._workers = workers
         self._fresh_processes = fresh_processes
+        self._time_limit_s = time_limit_s
 
     def outcomes(self, work: Work, jobs: Sequence[Job]) -> Iterator[Outcome | None]:
         waiting = deque(jobs)
@@ -52,6 +57,14 @@ class ProcessPool:
                             continue
                         outcome = Outcome(job.key, reason=f"its worker process died {MAX_ATTEMPTS} times ({worker.cause_of_death()})")
                     yield outcome
+                if self._time_limit_s is not None:
+                    for worker in [worker for worker in workers if worker.busy_s > self._time_limit_s + TIME_LIMIT_GRACE_S]:
+                        workers.remove(worker)
+                        worker.stop()
+                        if worker.job is not None:
+                            yield Outcome(
+                                worker.job.key, reason=time_limit_reason(self._time_limit_s, "its process was ended in one long step")
+                            )
         finally:
             for worker in workers:
                 worker.stop()
@@ -72,6 +85,7 @@ class _Worker:
             self._process.start()
         theirs.close()  # so that the death of the process ends the pipe
         self.job: Job | None = None
+        self._began_s = 0.0
 
     @property
     def handles(self) -> tuple[Connection, int]:
@@ -80,10 +94,16 @@ class _Worker:
     def begin(self, job: Job) -> None:
         """A worker that has died meanwhile is noticed by its sentinel."""
         self.job = job
+        self._began_s = time.monotonic()
         try:
             self._connection.send(job)
         except OSError:
             self._process.join(STOP_TIMEOUT_S)
+
+    @property
+    def busy_s(self) -> float:
+        """Since the job was given; 0 for an idle worker."""
+        return 0.0 if self.job is None else time.monotonic() - self._began_s
 
     def finish(self) -> Outcome | None:
         """The answer, or None when the process died without one."""

@@ -19,7 +19,8 @@ from ssjs_cli.studies.single_run import Detail, RunTask, core_identity
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """What the commands share. workers: None means one a core; scheduler: of a Dask cluster, instead of workers here."""
+    """What the commands share. workers: None means one a core; scheduler: of a Dask cluster, instead of workers here; time_limit_s: of
+    each run."""
 
     scenario: str
     runs: int
@@ -32,13 +33,14 @@ class StudyRequest:
     force: bool = False
     workers: int | None = None
     scheduler: str | None = None
+    time_limit_s: float | None = None
 
     def executor(self) -> Executor:
         if self.scheduler is not None:
             from ssjs_cli.studies.dask_pool import DaskPool
 
             return DaskPool(self.scheduler)
-        return ProcessPool(self.workers if self.workers is not None else cores())
+        return ProcessPool(self.workers if self.workers is not None else cores(), time_limit_s=self.time_limit_s)
 
     def folder(self, scenario: Scenario, kind: str) -> Path:
         return self.out if self.out is not None else Path("runs") / f"{path_name(scenario.name)}-{kind}"
@@ -73,11 +75,11 @@ class PlannedScenario:
         settings, _ = resolve_settings(run, where, self.mission)
         return settings.replaced(changes, source) if changes else settings
 
-    def run(self, settings: Settings, seed: int, detail: Detail) -> PlannedRun:
+    def run(self, settings: Settings, seed: int, detail: Detail, time_limit_s: float | None) -> PlannedRun:
         core = core_identity()
         values = dict(settings.values)
         identity = {"detail": detail, **core, "scenario": self.scenario.identity, "seed": seed, "settings": values}
-        return PlannedRun(identity, RunTask(replace(self.scenario, seed=seed), values, seed, core["version"], detail))
+        return PlannedRun(identity, RunTask(replace(self.scenario, seed=seed), values, seed, core["version"], detail, time_limit_s))
 
 
 def plan_scenario(request: StudyRequest) -> PlannedScenario:

@@ -1,11 +1,12 @@
 """One run of a study, as a worker carries it out: a mission from disk or simulated on the spot, estimated, judged, and put in a record."""
 
 import hashlib
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, TracebackType
 from typing import Literal
 
 from ssjs_cli import _core
@@ -18,7 +19,7 @@ from ssjs_cli.mission_run import build_log, run_estimator
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.simulation import Scenario, simulate_mission
 from ssjs_cli.studies import curves
-from ssjs_cli.studies.executor import Record
+from ssjs_cli.studies.executor import Record, TimeLimitError, time_limit_reason
 
 Detail = Literal["numbers", "consistency", "all"]
 
@@ -26,22 +27,26 @@ Detail = Literal["numbers", "consistency", "all"]
 @dataclass(frozen=True)
 class RunTask:
     """source: a mission directory, or a scenario with its seed. settings: every setting, resolved. version: of the core that planned
-    the run; a worker with another one refuses. detail: which curves the record keeps."""
+    the run; a worker with another one refuses. detail: which curves the record keeps. time_limit_s: wall time of the run, None for no
+    limit; it changes no result, only whether there is one."""
 
     source: str | Scenario
     settings: Mapping[str, Scalar]
     seed: int
     version: str
     detail: Detail
+    time_limit_s: float | None = None
 
 
 def perform(task: RunTask) -> Record:
     if _core.version() != task.version:
         raise UserError(f"the worker has ssjs {_core.version()} and this study {task.version}; install the same version at the workers")
+    limit = _TimeLimit(task.time_limit_s)
     mission, where = _mission_of(task)
     lost: list[str] = []
     log = build_log(mission, Settings(task.settings), where, lost)
-    result = run_estimator(task.settings, log, task.seed, lambda fraction: True)
+    with limit:
+        result = run_estimator(task.settings, log, task.seed, limit.progress)
     timing = run_times(result)
     estimate = estimate_of(result)
     evaluation = evaluate(estimate, mission.reference)
@@ -57,6 +62,30 @@ def perform(task: RunTask) -> Record:
     record["time_origin_s"] = curves.time_origin_s(result)
     record.update(curves.counted_from(record["time_origin_s"], over_time))
     return record
+
+
+class _TimeLimit:
+    """The progress callback of a run, which asks it to stop once its time is over. Around the estimator: its answer to that becomes a
+    TimeLimitError."""
+
+    def __init__(self, time_limit_s: float | None) -> None:
+        self._time_limit_s = time_limit_s
+        self._began_s = time.monotonic()
+        self._fraction = 0.0
+        self._is_over = False
+
+    def progress(self, fraction: float) -> bool:
+        self._fraction = fraction
+        self._is_over = self._time_limit_s is not None and time.monotonic() - self._began_s > self._time_limit_s
+        return not self._is_over
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._is_over and self._time_limit_s is not None and isinstance(error, KeyboardInterrupt):
+            done = f"{100.0 * self._fraction:.1f} % of the mission done" if self._fraction < 1.0 else "in the last adjustment"
+            raise TimeLimitError(time_limit_reason(self._time_limit_s, done)) from None
 
 
 def _mission_of(task: RunTask) -> tuple[Mission, Path]:

@@ -27,6 +27,7 @@ CONSISTENCY_COLUMNS: tuple[Column, ...] = (
     ("trajectory_rmse_m", "RMSE m", ".3f"),
     ("map_error_mean_m", "map m", ".3f"),
     ("wrong_pairs", "wrong pairs", ".2f"),
+    ("reason", "why not", ""),
 )
 SWEEP_COLUMNS: tuple[Column, ...] = (
     ("method", "method", ""),
@@ -44,6 +45,7 @@ SWEEP_COLUMNS: tuple[Column, ...] = (
     ("map_error_mean_m", "map mean m", ".3f"),
     ("trajectory_rmse_m", "RMSE m", ".3f"),
     ("nees_joint_per_dof", "joint/dof", ".2f"),
+    ("reason", "why not", ""),
 )
 
 

@@ -88,7 +88,7 @@ def sweep(request: StudyRequest, sizes: Sequence[int], thresholds: Sequence[floa
     for place in places:
         method, size, threshold = place
         settings = plan.settings(request, method, {SIZE_KEY: size, THRESHOLD_KEY: threshold}, "--submap-size, --fusion-threshold")
-        planned[place] = [plan.run(settings, seed, "numbers") for seed in plan.seeds]
+        planned[place] = [plan.run(settings, seed, "numbers", request.time_limit_s) for seed in plan.seeds]
     out = request.folder(plan.scenario, "sweep")
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     digest = key_of({"settings": [dict(planned[place][0].payload.settings) for place in places]})

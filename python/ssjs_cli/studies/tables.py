@@ -43,7 +43,7 @@ def terminal_table(title: str, columns: Sequence[Column], rows: Sequence[Mapping
     from rich.text import Text
 
     shown = [column for column in columns if any(row.get(column[0]) is not None for row in rows)]
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim")
+    table = Table(box=None, pad_edge=False, header_style="dim")
     for _, heading, number_format in shown:
         table.add_column(heading, justify="right" if number_format else "left", no_wrap=bool(number_format))
     for row in rows:
@@ -52,7 +52,7 @@ def terminal_table(title: str, columns: Sequence[Column], rows: Sequence[Mapping
     console = Console(file=io.StringIO(), width=width, force_terminal=False, color_system=None)
     with console.capture() as captured:
         console.print(table)
-    return "\n".join(line.rstrip() for line in captured.get().splitlines())
+    return "\n".join([title, *(line.rstrip() for line in captured.get().splitlines())])
 
 
 def number_text(value: Any, number_format: str) -> str:

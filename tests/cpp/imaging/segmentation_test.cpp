@@ -105,6 +105,7 @@ TEST(SegmentationTest, PresetsAreThePapers) {
   EXPECT_EQ(body.improved_otsu.canny_high, 0.13);
   EXPECT_EQ(body.dilations, 2);
   EXPECT_FALSE(segmentation_preset(SegmentationPreset::kAutomatic).improved_otsu.spot_px);
+  EXPECT_EQ(segmentation_preset(SegmentationPreset::kBest).method, ThresholdMethod::kLocal);
   for (const auto& [name, preset] : kSegmentationPresets) EXPECT_TRUE(segmentation_preset(preset).violations().empty()) << name;
 }
 

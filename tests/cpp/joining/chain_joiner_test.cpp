@@ -210,6 +210,30 @@ TEST(ChainJoiner, L4_BordersAndLandmarksAreAsFarOffAsTheySay) {
   }
 }
 
+TEST(ChainJoiner, L2_K1_NeighboursWithNothingInCommonAreSetSideBySide) {
+  const OutAndBack drive;
+  Rng rng(509);
+  std::vector<int> of_first, of_second;
+  for (int i = 0; i < 60; ++i) (i < 32 ? of_first : of_second).push_back(i);
+  const Submap first = noisy_submap(drive.truth, 0, of_first, 0.03, rng);
+  const Submap second = noisy_submap(drive.truth, 1, of_second, 0.03, rng);
+  const GaussianSe2 exit = compose_independent(first.state.vehicle(), second.state.vehicle());
+  for (const MergeNeighbours merge : {MergeNeighbours{&fuse}, MergeNeighbours{&project}}) {
+    MapAssociator associator = known();
+    JoinReport report;
+    const ChainedMap joined = join_neighbours(chained_map_of(first), chained_map_of(second), merge, associator, report);
+    ASSERT_EQ(joined.map.landmark_count(), 60);
+    EXPECT_EQ(report.neighbours.front().pairs, 0);
+    EXPECT_LE(additive_difference(joined.map.base_T_pose(0), exit.mean).norm(), 1e-9);
+    EXPECT_LE(testing::covariance_difference(joined.map.covariance.topLeftCorner<3, 3>(), exit.covariance), 1e-5);
+    for (Eigen::Index i = 0; i < 60; ++i) {
+      const Eigen::Vector2d own = (i < 32 ? first : second).state.mean.segment<2>(3 + 2 * (i < 32 ? i : i - 32));
+      const Eigen::Vector2d expected = i < 32 ? own : first.state.vehicle().mean * own;
+      EXPECT_LE((joined.map.mean(joined.map.landmark(i)) - expected).norm(), 1e-9);
+    }
+  }
+}
+
 TEST(ChainJoiner, FindsThePairsWithoutIdentities) {
   const OutAndBack drive;
   Rng rng(507);

@@ -82,7 +82,7 @@ TEST(RelativeMap, H1_RelativePosesCarryTheCovarianceOfTheChain) {
   Rng rng(531);
   const Ring ring(8, 0.2, rng);
   RelativeMap map = ring.map();
-  map.observe(1, 6, {{1.0, 18.0, 3.0}, 0.04 * Eigen::Matrix3d::Identity()}, 10);  // so that links are correlated
+  map.observe(6, {{1, {{1.0, 18.0, 3.0}, 0.04 * Eigen::Matrix3d::Identity()}}}, 10);  // so that links are correlated
   Eigen::VectorXd links(24);
   for (int k = 0; k < 8; ++k) links.segment<3>(3 * Eigen::Index{k}) = map.link(k).vector();
   const auto relative = [&](int i, int j) { return [i, j](const Eigen::VectorXd& x) -> Eigen::VectorXd { return tau(x, i, j).vector(); }; };
@@ -116,7 +116,7 @@ TEST(RelativeMap, H2_OneLoopIsTheOptimumWhateverTheNoise) {
     const Ring ring(10, 0.5, rng);
     const Loop loop{0, 10, {{0.3, -0.2, 0.02}, 0.01 * Eigen::Matrix3d::Identity()}};
     RelativeMap map = ring.map();
-    map.observe(loop.i, loop.j, loop.i_T_j, 50);
+    map.observe(loop.j, {{loop.i, loop.i_T_j}}, 50);
     expect_equal(map, batch_of(ring, {loop}), 1e-5);
   }
 }
@@ -130,16 +130,76 @@ TEST(RelativeMap, H2_H3_ChainedLoopsAreTheBatchWhereTheWorldIsLinear) {
     const Eigen::MatrixXd P = testing::correlated_covariance(rng, Eigen::Vector3d(0.001, 0.001, 0.0001));
     const Eigen::Vector3d error = P.llt().matrixL() * testing::normal_vector(rng, 3);
     loops.push_back({i, j, {additive_step(Se2{}, error), P}});
-    map.observe(i, j, loops.back().i_T_j, 10);
+    map.observe(j, {{i, loops.back().i_T_j}}, 10);
   }
   expect_equal(map, batch_of(ring, loops), 0.01);
+}
+
+TEST(RelativeMap, H2_LoopsOfOneBaseStackedAreTheOptimumWhateverTheNoise) {
+  // As above with four loops to the newest base at once.
+  Rng rng(535);
+  for (int run = 0; run < 5; ++run) {
+    const Ring ring(12, 0.3, rng);
+    std::vector<Loop> loops;
+    std::vector<ObservedLink> observed;
+    for (const int i : {4, 0, 2, 1}) {  // in no order
+      Se2 expected;
+      for (int k = i; k < 12; ++k) expected = expected * ring.links[static_cast<std::size_t>(k)].mean;
+      const Eigen::MatrixXd P = testing::correlated_covariance(rng, Eigen::Vector3d(0.1, 0.1, 0.02));
+      const Eigen::Vector3d error = Eigen::Vector3d(0.5, -0.4, 0.1) + Eigen::Vector3d(P.llt().matrixL() * testing::normal_vector(rng, 3));
+      loops.push_back({i, 12, {additive_step(expected, error), P}});
+      observed.push_back({i, loops.back().i_T_j});
+    }
+    RelativeMap map = ring.map();
+    map.observe(12, observed, 50);
+    expect_equal(map, batch_of(ring, loops), 1e-5);
+    EXPECT_LE((map.covariance() - map.covariance().transpose()).norm(), 0.0);
+    for (int k = 0; k <= 12; ++k) {
+      Se2 global_T_base;
+      for (int link = 0; link < k; ++link) global_T_base = global_T_base * map.link(link);
+      EXPECT_LE(additive_difference(map.global_T_base(k), global_T_base).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(RelativeMap, H2_H3_StackedOrOneByOneIsTheSameWhereTheWorldIsLinear) {
+  Rng rng(536);
+  const Ring ring(20, 0.001, rng);
+  RelativeMap stacked = ring.map();
+  RelativeMap singly = stacked;
+  for (const auto& [j, starts] : std::vector<std::pair<int, std::vector<int>>>{{11, {0, 1, 2}}, {13, {3}}, {20, {9, 10, 8, 0}}}) {
+    std::vector<ObservedLink> observed;
+    for (const int i : starts) {
+      const Eigen::MatrixXd P = testing::correlated_covariance(rng, Eigen::Vector3d(0.001, 0.001, 0.0001));
+      const Eigen::Vector3d error = P.llt().matrixL() * testing::normal_vector(rng, 3);
+      observed.push_back({i, {additive_step(stacked.relative(i, j).mean, error), P}});
+      singly.observe(j, {observed.back()}, 10);
+    }
+    stacked.observe(j, observed, 10);
+  }
+  EXPECT_LE(testing::covariance_difference(stacked.covariance(), singly.covariance()), 0.002);
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::Vector3d difference = additive_difference(stacked.link(k), singly.link(k));
+    const Eigen::Vector3d sigma = singly.covariance().diagonal().segment<3>(3 * Eigen::Index{k}).cwiseSqrt();
+    EXPECT_LE(difference.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 0.01);
+  }
+}
+
+TEST(RelativeMap, NothingObservedChangesNothing) {
+  Rng rng(537);
+  RelativeMap map = Ring(4, 0.1, rng).map();
+  const RelativeMap before = map;
+  map.observe(4, {}, 10);
+  EXPECT_EQ(map.covariance(), before.covariance());
+  EXPECT_EQ(map.link(2).vector(), before.link(2).vector());
 }
 
 TEST(RelativeMap, RefusesALoopThatIsNone) {
   Rng rng(534);
   RelativeMap map = Ring(3, 0.1, rng).map();
-  EXPECT_THROW(map.observe(1, 1, {}, 1), InvalidArgument);
-  EXPECT_THROW(map.observe(1, 4, {}, 1), InvalidArgument);
+  EXPECT_THROW(map.observe(1, {{1, {}}}, 1), InvalidArgument);
+  EXPECT_THROW(map.observe(4, {{1, {}}}, 1), InvalidArgument);
+  EXPECT_THROW(map.observe(2, {{0, {}}, {-1, {}}}, 1), InvalidArgument);
 }
 
 }  // namespace

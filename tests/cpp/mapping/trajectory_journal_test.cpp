@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "filter/dense_filter.hpp"
+#include "ssjs/base/error.hpp"
 
 namespace ssjs {
 namespace {
@@ -120,7 +121,9 @@ struct Twin {
     oracle.reset(start);
   }
   void predict(Rng& rng) {
-    const MotionPrediction motion = random_motion(rng, filter.vehicle_pose());
+    MotionPrediction motion = random_motion(rng, filter.vehicle_pose());
+    motion.F.leftCols<2>().setIdentity();  // a motion of the plane
+    motion.F(2, 2) = 1.0;
     filter.predict(motion);
     oracle.predict(motion);
   }
@@ -154,7 +157,7 @@ struct Twin {
     }
     oracle.update(observations, t);
   }
-  [[nodiscard]] std::vector<SubmapStep> conditioned() { return journal.steps({filter.vehicle_pose(), filter.vehicle_covariance()}); }
+  [[nodiscard]] std::vector<SubmapStep> conditioned() { return journal.take_steps({filter.vehicle_pose(), filter.vehicle_covariance()}); }
 
   TrajectoryJournal journal;
   Ekf filter;
@@ -273,12 +276,17 @@ TEST(TrajectoryJournal, C3_TwoStepsByHand) {
   EXPECT_LE(largest_difference(steps[0].conditional_covariance, 0.75 * Eigen::Matrix3d::Identity()), kTolerance);
 }
 
+TEST(TrajectoryJournal, RefusesWhatIsNoMotionOfThePlane) {
+  Twin twin(Eigen::Matrix3d::Identity());
+  EXPECT_THROW(twin.filter.predict({{}, 0.9 * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}), InvalidArgument);
+}
+
 TEST(TrajectoryJournal, UnconditionedStepsAreAsFiltered) {
   Rng rng(334);
   Twin twin(random_covariance(rng, 3, 0.4));
   for (int i = 0; i < 3; ++i) twin.add(rng);
   drive(twin, rng, 4);
-  for (const SubmapStep& step : twin.journal.unconditioned_steps()) {
+  for (const SubmapStep& step : twin.journal.take_unconditioned_steps()) {
     EXPECT_EQ(step.exit_gain, Eigen::Matrix3d::Zero());
     EXPECT_EQ(step.conditional_covariance, step.covariance);
   }

@@ -177,7 +177,8 @@ TEST(SlamPipeline, ReportsWhatEveryEventDid) {
     }
     closed += step.join ? 1 : 0;
     EXPECT_EQ(step.submap, closed);
-    EXPECT_GE(step.local_time_s, 0.0);
+    EXPECT_GE(step.global_time_s, 0.0);
+    EXPECT_GE(step.association_time_s, 0.0);
   }
   EXPECT_EQ(observations, seen);  // each is used once, at the borders too
   pipeline.finish();

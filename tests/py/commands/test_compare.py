@@ -89,8 +89,8 @@ def test_a_method_that_cannot_finish_says_why_and_the_rest_goes_on(
     from ssjs_cli.studies.executor import Outcome, attempt
 
     class EkfDies:
-        def __init__(self, workers: int, *, fresh_processes: bool) -> None:
-            assert (workers, fresh_processes) == (1, True)
+        def __init__(self, workers: int, *, fresh_processes: bool, time_limit_s: float | None) -> None:
+            assert (workers, fresh_processes, time_limit_s) == (1, True, None)
 
         def outcomes(self, work: Any, jobs: Any) -> Any:
             for job in jobs:

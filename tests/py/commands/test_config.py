@@ -63,3 +63,15 @@ def test_check_of_a_missing_file(cli: Callable[..., Any], tmp_path: Path) -> Non
     answer = cli("config", "check", tmp_path / "none.toml")
     assert answer.code == 2
     assert "none.toml: is missing; check the path" in answer.err
+
+
+def test_settings_of_segmentation_are_dumped_described_and_checked(cli: Callable[..., Any], tmp_path: Path) -> None:
+    answer = cli("config", "dump", "--of", "segmentation", "--set", "segmentation.dilations=3")
+    assert answer.code == 0, answer.err
+    document = tomllib.loads(answer.out)
+    assert document["segmentation"]["dilations"] == 3
+    assert set(document) == {"seed", "segmentation", "shadows", "image", "objects"}
+    (tmp_path / "a.toml").write_text(answer.out)
+    assert cli("config", "check", tmp_path / "a.toml", "--of", "segmentation").code == 0
+    assert cli("config", "check", tmp_path / "a.toml").code == 2
+    assert "segmentation" in json.loads(cli("config", "schema", "--of", "segmentation").out)["properties"]

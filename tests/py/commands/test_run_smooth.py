@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ssjs_cli.config import METHOD_KEY, field_descriptions
 from ssjs_cli.formats.number_table import read_table
 from ssjs_cli.formats.run_directory import COVARIANCE_NAMES
 from ssjs_cli.formats.tum import read_tum
@@ -56,6 +57,23 @@ def test_files_hold_the_smoothed_answer_and_are_the_same_every_time(cli: Callabl
     covariance = read_table(tmp_path / "one" / "trajectory_covariance.csv", required=COVARIANCE_NAMES)
     for column in ("var_xx", "var_yy", "var_hh"):
         assert (covariance[column][1:] > 0.0).all()
+
+
+def test_every_method_leads_to_the_same_optimum(cli: Callable[..., Any], tmp_path: Path) -> None:
+    """With known identities every method hands the smoother one problem, from a start of its own."""
+    assert cli("simulate", "grid-survey-stress", "--out", tmp_path / "survey").code == 0
+    methods = field_descriptions()[METHOD_KEY].choices
+    assert len(methods) == 10
+    arguments = ("--smooth", "--association", "known", "--method")
+    smoothed = {method: finished(cli, tmp_path / "survey", tmp_path / method, *arguments, method) for method in methods}
+    costs = {method: summary["half_chi2_final"] for method, summary in smoothed.items()}
+    assert all(summary["smoothing_converged"] for summary in smoothed.values())
+    assert max(costs.values()) - min(costs.values()) < 1e-4, costs
+    dof = 2 * (smoothed["ssjs"]["smoothing_sightings"] - smoothed["ssjs"]["landmarks"])
+    assert abs(2.0 * costs["ssjs"] - dof) < 6.0 * np.sqrt(2.0 * dof)
+    errors_m = [summary["map_error_mean_m"] for summary in smoothed.values()]
+    assert max(errors_m) - min(errors_m) < 0.01
+    assert len({summary["half_chi2_initial"] for summary in smoothed.values()}) > 5
 
 
 def test_a_kernel_of_another_name_is_refused(cli: Callable[..., Any], circle_mission: Path, tmp_path: Path) -> None:

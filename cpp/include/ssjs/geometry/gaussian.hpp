@@ -22,8 +22,14 @@ struct GaussianPoint2 {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
+/// J2 P J2' of a rotation: the covariance of b_T_c seen from a. (S-3)
+[[nodiscard]] Eigen::Matrix3d turned(const Eigen::Matrix2d& a_R_b, const Eigen::Matrix3d& P);
+
 /// a_T_b * b_T_c for INDEPENDENT factors: J1 P1 J1' + J2 P2 J2', (S-9).
 [[nodiscard]] GaussianSe2 compose_independent(const GaussianSe2& a_T_b, const GaussianSe2& b_T_c);
+
+/// Standard deviation in the direction where it is largest; lower triangle read.
+[[nodiscard]] double largest_sigma(const Eigen::Matrix2d& covariance);
 
 /// Lower Cholesky factor L of the symmetric matrix S = L L' (lower triangle read). Throws NotPositiveDefinite naming the
 /// matrix and the detail when a pivot is not positive (NaN included).

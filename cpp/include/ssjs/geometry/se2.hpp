@@ -1,7 +1,7 @@
 /// Rigid motions of the plane. `a_T_b` takes coordinates in frame b to frame a. Thesis appendix A, docs/math/se2.md.
 ///
 /// Every covariance of an Se2 that is stored, passed or written is of the ADDITIVE coordinates (x m, y m, heading rad) in
-/// the parent frame (frame a of a_T_b). Invariant coordinates exist only inside the global update (invariant_frame()).
+/// the parent frame (frame a of a_T_b). Invariant coordinates exist only inside the global level (invariant_frame()).
 #pragma once
 
 #include <Eigen/Core>

@@ -54,13 +54,15 @@ struct SegmentationConfig {
   [[nodiscard]] std::vector<std::string> violations() const;
 };
 
-/// The paper's settings for its three pictures, and automatic ones that follow the size of the image.
-enum class SegmentationPreset { kAutomatic, kSideScanHigh, kSideScanLow, kForwardLooking };
+/// The paper's settings for its three pictures, automatic ones that follow the size of the image, and the chain that found most with
+/// the least false area on real side-scan tiles (docs/segmentation.md), which is not the paper's.
+enum class SegmentationPreset { kAutomatic, kSideScanHigh, kSideScanLow, kForwardLooking, kBest };
 
 inline const Choices<SegmentationPreset> kSegmentationPresets = {{"auto", SegmentationPreset::kAutomatic},
                                                                  {"sss-high", SegmentationPreset::kSideScanHigh},
                                                                  {"sss-low", SegmentationPreset::kSideScanLow},
-                                                                 {"fls", SegmentationPreset::kForwardLooking}};
+                                                                 {"fls", SegmentationPreset::kForwardLooking},
+                                                                 {"best", SegmentationPreset::kBest}};
 
 [[nodiscard]] SegmentationConfig segmentation_preset(SegmentationPreset preset);
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "ssjs/filter/symmetric_update.hpp"
 #include "ssjs/geometry/gaussian.hpp"
 #include "ssjs/joining/live_map.hpp"
 #include "ssjs/joining/sparse_solver.hpp"
@@ -45,6 +46,7 @@ class GlobalMap {
 
   [[nodiscard]] const Se2& pose(int base) const { return poses_[static_cast<std::size_t>(base)]; }
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& bases) const;
+  [[nodiscard]] Matrix6d covariance(int base, int other) const;  ///< of two
   /// Joint covariance of (base, newest), never smaller than the truth of covariance({base, newest}) but for relinearisation: where that
   /// costs a solve, the marginal of `base` is the last one known, and information only grows. For dismissing far maps cheaply.
   [[nodiscard]] Matrix6d covariance_bound(int base, int newest) const;
@@ -55,8 +57,8 @@ class GlobalMap {
   void set_factor(const LiveMap& map);
   void correct(const JoinEvidence& evidence);
   void forget_unused_bases();
-  /// P(:, base) of the dense level, 3 columns.
-  [[nodiscard]] Eigen::MatrixXd dense_columns(Eigen::Index at) const;
+  /// P_(:, blocks), 3 columns for each block, which starts at this row.
+  [[nodiscard]] Eigen::MatrixXd dense_columns(const std::vector<Eigen::Index>& blocks) const;
   void go_sparse();
   void go_dense();
   /// Of one closing that fuses, in units that were made equal where both take equally long (benchmarks/README.md).
@@ -68,10 +70,11 @@ class GlobalMap {
 
   bool always_sparse_;
   bool sparse_;
-  std::size_t next_comparison_;        ///< dense: of the two ways, above so many live bases
-  std::vector<Se2> poses_;             ///< by base index; the entry of a forgotten base is its last estimate
-  std::vector<int> live_;              ///< dense: in the order of P_
-  Eigen::MatrixXd P_;                  ///< dense: 3 x 3 blocks on and below the diagonal; capacity beyond 3 * live_.size()
+  std::size_t next_comparison_;  ///< dense: of the two ways, above so many live bases
+  std::vector<Se2> poses_;       ///< by base index; the entry of a forgotten base is its last estimate
+  std::vector<int> live_;        ///< dense: in the order of P_
+  Eigen::MatrixXd P_;            ///< dense: of the invariant errors, lower triangle; capacity beyond 3 * live_.size() (J-15)
+  SymmetricDowndate downdate_;
   std::map<int, PortFactor> factors_;  ///< by the base of the map
   mutable SparsePoseSolver sparse_solver_;
   mutable bool stale_ = true;

@@ -13,8 +13,7 @@ class HierarchicalJoiner final : public RelativeJoiner {
       : RelativeJoiner(config, association, max_submap_landmarks, seed) {}
 
  private:
-  bool close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) override;
-  [[nodiscard]] bool merges() const override { return false; }
+  void close_loops(const NewMap& fresh, JoinReport& report) override;
 };
 
 }  // namespace ssjs

@@ -24,6 +24,7 @@ struct LiveMap {
   // Conditional form (J-2): m = mean_m + K (s - mean_s) + e, e ~ N(0, C) independent of everything outside the map;
   // m is all behind the ports: internal poses, then landmarks. C = P_mm - K P_sm is computed where it is asked for.
   Eigen::MatrixXd K;
+  Eigen::MatrixXd port_information;                    ///< P_ss^-1 (J-4)
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();  ///< of the landmarks
   double radius = 0.0;                                 ///< farthest landmark from the centroid
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -26,11 +27,21 @@ class RelativeJoiner : public MapJoiner {
   RelativeJoiner(const SelectiveJoinerConfig& config, AssociationMethod association, std::optional<int> max_submap_landmarks,
                  std::uint64_t seed);
 
-  /// Ties the map at base `b` to the one at base `a` < b by these pairs of their landmarks; false when they do not fit. When `b` has become
-  /// part of `a` it is erased.
-  virtual bool close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) = 0;
-  /// Whether a loop merges the two maps.
-  [[nodiscard]] virtual bool merges() const = 0;
+  /// The submap just finished among the others.
+  struct NewMap {
+    int base;
+    double time_s;
+    int needed;                             ///< pairs that a loop takes
+    std::vector<int> candidates;            ///< older maps within reach, by base, the nearest first
+    std::vector<GaussianSe2> base_T_fresh;  ///< from every base, by the links as they are before any loop
+  };
+  /// Compares the new map with the candidates and ties it to those that fit.
+  virtual void close_loops(const NewMap& fresh, JoinReport& report) = 0;
+
+  [[nodiscard]] static LoopAttempt begun(const NewMap& fresh, int candidate);
+  /// Pairs of landmarks of the maps at bases a < b, or the reason why they are not to be tied.
+  [[nodiscard]] std::optional<std::vector<Pair>> compare(int a, int b, const std::function<GaussianSe2()>& a_T_b, int needed,
+                                                         LoopAttempt& attempt, JoinReport& report);
 
   [[nodiscard]] const SelectiveJoinerConfig& config() const { return config_; }
   [[nodiscard]] bool fits(LoopAttempt& attempt) const { return ssjs::fits(attempt, associator_, config_.fusion_probability); }

@@ -9,6 +9,12 @@
 
 namespace ssjs {
 
+/// tau_ij as something else than the links tells it.
+struct ObservedLink {
+  int i;
+  GaussianSe2 i_T_j;
+};
+
 /// Link k is t_k = base k+1 in the frame of base k. Base 0 is the world frame.
 class RelativeMap {
  public:
@@ -28,18 +34,12 @@ class RelativeMap {
   /// Of all bases in the world frame, 3 each, base 0 included.
   [[nodiscard]] Eigen::MatrixXd base_covariance() const;
 
-  /// i_T_j was observed, independently of the links: iterated Kalman update, relinearised until it stays where it is or max_iterations
-  /// are done; 1 is the plain EKF (H-2, H-3). Requires i < j.
-  void observe(int i, int j, const GaussianSe2& i_T_j, int max_iterations);
+  /// Several tau_ij of one base j were observed, independently of the links and of each other: one stacked iterated Kalman update,
+  /// relinearised until it stays where it is or max_iterations are done; 1 is the plain EKF (H-2, H-3). Requires i < j.
+  void observe(int j, const std::vector<ObservedLink>& observed, int max_iterations);
 
  private:
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(3 * links_.size()); }
-  /// tau_ij at these links and its Jacobian over links i..j-1.
-  struct Chain {
-    Se2 i_T_j;
-    Eigen::Matrix<double, 3, Eigen::Dynamic> J;
-  };
-  [[nodiscard]] static Chain chain(const std::vector<Se2>& links, int i, int j);
 
   std::vector<Se2> links_;
   Eigen::MatrixXd P_;  ///< capacity beyond size()

@@ -17,7 +17,7 @@
 namespace ssjs {
 
 struct SelectiveJoinerConfig {
-  double fusion_threshold = 0.4;
+  double fusion_threshold = 0.3;
   int min_pairs = 3;
   int min_gap = 1;
   int max_fused_landmarks = 60;

@@ -14,8 +14,9 @@ class SelectiveThesisJoiner final : public RelativeJoiner {
       : RelativeJoiner(config, association, max_submap_landmarks, seed) {}
 
  private:
-  bool close_loop(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt) override;
-  [[nodiscard]] bool merges() const override { return true; }
+  void close_loops(const NewMap& fresh, JoinReport& report) override;
+  /// Merges the map at base `b` into the one at base `a` < b; false when they do not fit.
+  bool merge(int a, int b, const std::vector<Pair>& pairs, LoopAttempt& attempt);
 };
 
 }  // namespace ssjs

@@ -13,6 +13,9 @@
 namespace ssjs {
 
 /// Memory grows with the scans of one submap and is kept for the next: after the largest submap nothing allocates but the steps.
+///
+/// A motion of the plane is a shear of the pose error: the heading's error moves the position, F = [I lever; 0 1], and one motion after
+/// the other adds their levers.
 class TrajectoryJournal final : public FilterWatcher {
  public:
   void clear();
@@ -26,21 +29,21 @@ class TrajectoryJournal final : public FilterWatcher {
   /// The present pose becomes a step of the trajectory.
   void step(double time_s, Ekf& filter);
 
-  /// Steps with their gain on the exit pose (C-4). unconditioned: without a gain, as filtered.
-  [[nodiscard]] std::vector<SubmapStep> steps(const GaussianSe2& base_T_exit) const;
-  [[nodiscard]] std::vector<SubmapStep> unconditioned_steps() const;
+  /// Hands the steps over, with their gain on the exit pose (C-4). unconditioned: without a gain, as filtered. clear() comes next.
+  [[nodiscard]] std::vector<SubmapStep> take_steps(const GaussianSe2& base_T_exit);
+  [[nodiscard]] std::vector<SubmapStep> take_unconditioned_steps();
 
  private:
   enum class Kind { kStep, kUpdate, kAdd, kRemove };
   struct Entry {
     Kind kind = Kind::kStep;
-    Eigen::Matrix3d transition = Eigen::Matrix3d::Identity();  ///< of the vehicle since the entry before
-    std::size_t data = 0;                                      ///< where its numbers start in numbers_
-    Eigen::Index rows = 0;                                     ///< update: state size n; step: landmark coordinates in the snapshot
-    Eigen::Index columns = 0;                                  ///< update: innovation size k; remove: index of the last landmark
-    std::size_t observation = 0;                               ///< update: first of k / 2 in observations_
-    Eigen::Index landmark = 0;                                 ///< remove
-    bool has_snapshot = false;                                 ///< step: numbers_ holds P(vehicle, landmarks) at this step
+    Eigen::Vector2d lever = Eigen::Vector2d::Zero();  ///< of the vehicle's motion since the entry before
+    std::size_t data = 0;                             ///< where its numbers start in numbers_
+    Eigen::Index rows = 0;                            ///< update: state size n; step: landmark coordinates in the snapshot
+    Eigen::Index columns = 0;                         ///< update: innovation size k; remove: index of the last landmark
+    std::size_t observation = 0;                      ///< update: first of k / 2 in observations_
+    Eigen::Index landmark = 0;                        ///< remove
+    bool has_snapshot = false;                        ///< step: numbers_ holds P(vehicle, landmarks) at this step
   };
 
   void push(Entry entry);
@@ -50,7 +53,8 @@ class TrajectoryJournal final : public FilterWatcher {
   std::vector<double> numbers_;
   std::vector<LinearObservation> observations_;
   std::vector<SubmapStep> steps_;
-  Eigen::Matrix3d transition_ = Eigen::Matrix3d::Identity();
+  std::size_t expected_steps_ = 0;                   ///< as many as the submap before had
+  Eigen::Vector2d lever_ = Eigen::Vector2d::Zero();  ///< since the last entry
   bool snapshot_due_ = true;
 };
 

@@ -47,7 +47,8 @@ struct MissionResult {
   double time_total_s = 0.0, time_local_s = 0.0, time_global_s = 0.0, time_association_s = 0.0, time_smoothing_s = 0.0;
 };
 
-/// Events in the order of time. `progress` is asked every thousandth of the log; a refusal throws Cancelled.
+/// Events in the order of time. `progress` is asked every thousandth of the log and every tenth of a second, but never
+/// within a step, and before what follows the last one; a refusal throws Cancelled.
 [[nodiscard]] MissionResult run_mission(const SlamConfig& config, const std::vector<Event>& events, std::uint64_t seed,
                                         const ProgressSink& progress = {});
 

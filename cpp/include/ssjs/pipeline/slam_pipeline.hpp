@@ -21,8 +21,7 @@ struct StepReport {
   int submap = 0;
   std::optional<ScanResult> scan;  ///< of an observation event
   std::optional<JoinReport> join;  ///< when the event closed a submap
-  double local_time_s = 0.0;       ///< wall time spent in the local map, without association
-  double global_time_s = 0.0;      ///< in the joining layer, without association
+  double global_time_s = 0.0;      ///< wall time spent in the joining layer, without association
   double association_time_s = 0.0;
 };
 

@@ -43,4 +43,7 @@ struct AckermanConfig {
 [[nodiscard]] MotionPrediction predict_ackerman(const Se2& submap_T_vehicle, const AckermanControl& control, double dt_s,
                                                 const AckermanConfig& config);
 
+/// Throws InvalidArgument for a command that predict_ackerman() would refuse.
+void check_drivable(const AckermanControl& control, const AckermanConfig& config);
+
 }  // namespace ssjs
