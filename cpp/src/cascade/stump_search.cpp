@@ -28,60 +28,66 @@ struct Mass {
   std::uint32_t negative = 0;
 };
 
-/// (C-8): what a split gains when `left` of `all` goes left.
-template <class Real>
-Real gain(BoostType type, Real left_positive, Real left_negative, Real all_positive, Real all_negative) {
+/// (C-8): what a split gains when `left` of `all` goes left. Written with comparisons that the compiler turns into vector code.
+template <BoostType type, class Real>
+Real gain(Real left_positive, Real left_negative, Real all_positive, Real all_negative) {
   const Real right_positive = all_positive - left_positive;
   const Real right_negative = all_negative - left_negative;
-  if (type == BoostType::kDiscrete) return std::max(left_positive + right_negative, left_negative + right_positive);
-  const Real left = left_positive + left_negative;
-  const Real right = right_positive + right_negative;
-  const Real left_moment = left_positive - left_negative;
-  const Real right_moment = right_positive - right_negative;
-  // one division for both sides; an empty side has no moment either
-  const Real tiny = std::numeric_limits<Real>::min();
-  return (left_moment * left_moment * std::max(right, Real(1)) + right_moment * right_moment * std::max(left, Real(1))) /
-         std::max(std::max(left, Real(1)) * std::max(right, Real(1)), tiny);
+  if constexpr (type == BoostType::kDiscrete) {
+    const Real right_is_negative = left_positive + right_negative;
+    const Real left_is_negative = left_negative + right_positive;
+    return right_is_negative < left_is_negative ? left_is_negative : right_is_negative;
+  } else {
+    const Real left_mass = left_positive + left_negative;
+    const Real right_mass = right_positive + right_negative;
+    const Real left = left_mass < Real(1) ? Real(1) : left_mass;  // an empty side has no moment either
+    const Real right = right_mass < Real(1) ? Real(1) : right_mass;
+    const Real left_moment = left_positive - left_negative;
+    const Real right_moment = right_positive - right_negative;
+    return (left_moment * left_moment * right + right_moment * right_moment * left) / (left * right);  // one division for both sides
+  }
 }
 
 double exact_gain(BoostType type, Mass left, Mass all) {
-  return gain<double>(type, left.positive, left.negative, all.positive, all.negative);
+  if (type == BoostType::kGentle) return gain<BoostType::kGentle, double>(left.positive, left.negative, all.positive, all.negative);
+  return gain<BoostType::kDiscrete, double>(left.positive, left.negative, all.positive, all.negative);
 }
 
 using Histogram = std::array<std::uint32_t, 2 * kBins>;  // negative and positive mass of each bin in turn
 
 /// (C-10): no split of the samples counted so far gains more, wherever in a bin it falls.
-double gain_bound(BoostType type, const Histogram& histogram, Mass all) {
-  std::array<float, kBins> positive_below;
-  std::array<float, kBins> negative_below;
-  std::array<float, kBins> positive_in;
-  std::array<float, kBins> negative_in;
+template <BoostType type>
+double gain_bound(const Histogram& histogram, Mass all) {
+  std::array<float, kBins + 1> positive_below;
+  std::array<float, kBins + 1> negative_below;
   Mass below;
-  for (std::size_t b = 0; b < kBins; ++b) {
-    positive_below[b] = static_cast<float>(below.positive);
-    negative_below[b] = static_cast<float>(below.negative);
-    negative_in[b] = static_cast<float>(histogram[2 * b]);
-    positive_in[b] = static_cast<float>(histogram[2 * b + 1]);
+  for (std::size_t b = 0; b <= kBins; ++b) {
+    positive_below[b] = static_cast<float>(static_cast<std::int32_t>(below.positive));
+    negative_below[b] = static_cast<float>(static_cast<std::int32_t>(below.negative));
+    if (b == kBins) break;
     below.negative += histogram[2 * b];
     below.positive += histogram[2 * b + 1];
   }
   const auto p = static_cast<float>(all.positive);
   const auto n = static_cast<float>(all.negative);
   std::array<float, kBins> bounds;
-  const auto fill = [&](auto boost) {
-    for (std::size_t b = 0; b < kBins; ++b) {
-      const float at_edge = gain<float>(boost, positive_below[b], negative_below[b], p, n);
-      const float positives_first = gain<float>(boost, positive_below[b] + positive_in[b], negative_below[b], p, n);
-      const float negatives_first = gain<float>(boost, positive_below[b], negative_below[b] + negative_in[b], p, n);
-      bounds[b] = std::max(at_edge, std::max(positives_first, negatives_first));
-    }
-  };
-  if (type == BoostType::kGentle)
-    fill(std::integral_constant<BoostType, BoostType::kGentle>{});
-  else
-    fill(std::integral_constant<BoostType, BoostType::kDiscrete>{});
-  const float greatest = *std::max_element(bounds.begin(), bounds.end());
-  return static_cast<double>(greatest) + kRoundingSlack * kUnits;
+  for (std::size_t b = 0; b < kBins; ++b) {  // the upper edge, and the two corners that are no edges
+    const float at_edge = gain<type>(positive_below[b + 1], negative_below[b + 1], p, n);
+    const float positives_first = gain<type>(positive_below[b + 1], negative_below[b], p, n);
+    const float negatives_first = gain<type>(positive_below[b], negative_below[b + 1], p, n);
+    const float of_corners = positives_first < negatives_first ? negatives_first : positives_first;
+    bounds[b] = at_edge < of_corners ? of_corners : at_edge;
+  }
+  constexpr std::size_t kLanes = 16;
+  std::array<float, kLanes> greatest;
+  std::copy_n(bounds.begin(), kLanes, greatest.begin());
+  for (std::size_t b = kLanes; b < kBins; b += kLanes)
+    for (std::size_t k = 0; k < kLanes; ++k) greatest[k] = greatest[k] < bounds[b + k] ? bounds[b + k] : greatest[k];
+  return static_cast<double>(*std::max_element(greatest.begin(), greatest.end())) + kRoundingSlack * kUnits;
+}
+
+double gain_bound(BoostType type, const Histogram& histogram, Mass all) {
+  return type == BoostType::kGentle ? gain_bound<BoostType::kGentle>(histogram, all) : gain_bound<BoostType::kDiscrete>(histogram, all);
 }
 
 /// A split of one feature: bins up to `bin` go left (at an edge), or the bins before it and its values up to `last_left`.
@@ -109,6 +115,7 @@ class Search {
     order_samples();
     Mass counted;
     for (const std::uint32_t i : order_) {
+      in_order_.push_back({i, is_positive(i) ? 1U : 0U, units_[i]});
       (is_positive(i) ? counted.positive : counted.negative) += units_[i];
       counted_.push_back(counted);
     }
@@ -122,8 +129,8 @@ class Search {
     std::size_t counted = 0;
     for (const std::size_t end : checkpoints()) {
       for (; counted < end; ++counted) {
-        const std::uint32_t i = order_[counted];
-        histogram[2U * bins[i] + (is_positive(i) ? 1U : 0U)] += units_[i];
+        const Counted& next = in_order_[counted];
+        histogram[2U * bins[next.sample] + next.is_positive] += next.units;
       }
       if (counted == 0) continue;
       // (C-11): what is not counted yet can at best all be put right
@@ -214,10 +221,17 @@ class Search {
     }
   }
 
+  struct Counted {
+    std::uint32_t sample;
+    std::uint32_t is_positive;
+    std::uint32_t units;
+  };
+
   const FeatureTable& table_;
   BoostType type_;
   std::vector<std::uint32_t> units_;
   std::vector<std::uint32_t> order_;  ///< samples, heaviest first
+  std::vector<Counted> in_order_;     ///< the same, with what is counted of them
   std::vector<Mass> counted_;         ///< mass of the first 1, 2, ... of them
   Mass all_;
   std::atomic<double> best_gain_{-1.0};
