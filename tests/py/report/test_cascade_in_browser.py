@@ -21,7 +21,16 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("cascade")
     scenes = make_scenes(folder / "scenes", pictures=12)
     assert call(["cascade", "train", *map(str, scenes.options), "--recordings", r"(line\d\d)", "--out", str(folder / "model")]) == 0
-    arguments = [str(folder / "model"), str(scenes.positives), "--masks", str(scenes.masks), "--jobs", "1", "--set", "evaluation.windows=1000"]
+    arguments = [
+        str(folder / "model"),
+        str(scenes.positives),
+        "--masks",
+        str(scenes.masks),
+        "--jobs",
+        "1",
+        "--set",
+        "evaluation.windows=1000",
+    ]
     assert call(["cascade", "evaluate", *arguments, "--out", str(folder / "evaluation")]) == 0
     assert call(["cascade", "show", str(folder / "model"), "--out", str(folder / "shown.html")]) == 0
     return folder
