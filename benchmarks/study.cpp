@@ -12,12 +12,13 @@ namespace {
 using ssjs::benchmarks::StudyOptions;
 
 constexpr const char* kUsage =
-    "usage: ssjs_study STUDY [--rounds N] [--seeds N] [--laps N] [--columns N] [--rows N] [--association known|jcbb] [--limit-s N] [--seed "
+    "usage: ssjs_study STUDY [--rounds N] [--seeds N] [--laps N] [--columns N] [--rows N] [--association known|jcbb] [--limit-s N] "
+    "[--method NAME] [--seed "
     "N] "
     "[--csv FILE]\n"
     "  grid-survey  bare EKF loop, ekf, ssjs on scenario S     --rounds --seeds --seed\n"
     "  methods      every joining method on scenario S         --seeds --association --seed\n"
-    "  growth       every method over the number of landmarks  --limit-s --seed\n"
+    "  growth       every method over the number of landmarks  --limit-s --method --seed\n"
     "  revisit      global level, a fixed area                 --laps --rounds --association --seed --csv\n"
     "  exploration  global level, a growing field              --columns --rows --rounds --association --seed --csv\n"
     "  crossover    dense against sparse global level          --columns --rows --rounds --association --seed\n";
@@ -46,6 +47,8 @@ StudyOptions parse(int count, char** arguments) {
       options.seed = static_cast<std::uint64_t>(whole_number(flag, value));
     } else if (flag == "--association" && (value == "known" || value == "jcbb")) {
       options.association = value;
+    } else if (flag == "--method") {
+      options.method = value;
     } else if (flag == "--csv") {
       options.csv = value;
     } else {

@@ -22,6 +22,7 @@ JoinReport ChainJoiner::take(const Submap& submap) {
 JoinReport ChainJoiner::finish() {
   JoinReport report;
   while (stack_.size() > 1) join_top_two(stack_, merge_, associator_, report);
+  if (!stack_.empty()) associate_with_itself(stack_.front(), associator_, report);
   return report;
 }
 

@@ -3,12 +3,16 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <utility>
 
+#include "ssjs/joining/duplicate_landmarks.hpp"
 #include "ssjs/joining/map_placement.hpp"
 
 namespace ssjs {
 namespace {
+
+constexpr int kDuplicateRounds = 3;
 
 /// The borders of b in the frame of a. What left the state is taken for independent of a_T_b.
 BorderEstimate moved(const GaussianSe2& a_T_b, const BorderEstimate& border) {
@@ -67,10 +71,45 @@ std::vector<Pair> associate(const LiveMap& a, const LiveMap& b, MapAssociator& a
   return pairs;
 }
 
+/// Both seen by one submap, which told them apart.
+bool seen_together(const MapLandmark& i, const MapLandmark& j, const std::map<std::int64_t, int>& submap_of_track) {
+  std::set<int> submaps;
+  for (const std::int64_t track : i.tracks) submaps.insert(submap_of_track.at(track));
+  return std::any_of(j.tracks.begin(), j.tracks.end(), [&](std::int64_t track) { return submaps.count(submap_of_track.at(track)) > 0; });
+}
+
+/// (L-5) of the landmarks that have one of these tracks with all others. Repeated while it finds something: what is merged makes the rest
+/// surer. Adds to the join.
+void merge_duplicates_of(const std::set<std::int64_t>& tracks, const std::map<std::int64_t, int>& submap_of_track, LiveMap& map,
+                         MapAssociator& associator, NeighbourJoin& join, JoinReport& report) {
+  const auto distinct = [&](Eigen::Index i, Eigen::Index j) {
+    return seen_together(map.landmarks[static_cast<std::size_t>(i)], map.landmarks[static_cast<std::size_t>(j)], submap_of_track);
+  };
+  for (int round = 0; round < kDuplicateRounds; ++round) {
+    std::vector<Eigen::Index> recent;
+    for (Eigen::Index i = 0; i < map.landmark_count(); ++i) {
+      const std::vector<std::int64_t>& own = map.landmarks[static_cast<std::size_t>(i)].tracks;
+      if (std::any_of(own.begin(), own.end(), [&](std::int64_t track) { return tracks.count(track) > 0; })) recent.push_back(i);
+    }
+    const Duplicates duplicates = find_duplicates(map, recent, distinct, associator);
+    report.budget_exhausted = report.budget_exhausted || duplicates.budget_exhausted;
+    if (duplicates.pairs.empty()) return;
+    const auto wrong = count_wrong_pairs(duplicates.pairs, map, map);
+    if (!wrong) join.wrong_pairs.reset();
+    if (join.wrong_pairs) *join.wrong_pairs += *wrong;
+    join.pairs += static_cast<int>(duplicates.pairs.size());
+    join.chi_squared += merge_duplicates(map, duplicates.pairs);
+    join.dof += static_cast<int>(2 * duplicates.pairs.size());
+  }
+}
+
 }  // namespace
 
 ChainedMap chained_map_of(const Submap& submap) {
-  ChainedMap chained{live_map_of(submap), {}};
+  ChainedMap chained{live_map_of(submap), {}, {}};
+  for (const MapLandmark& landmark : submap.landmarks) {
+    for (const std::int64_t track : landmark.tracks) chained.submap_of_track[track] = submap.index;
+  }
   chained.borders.push_back(from_base(pose_of(chained.map, 0)));
   return chained;
 }
@@ -81,11 +120,21 @@ ChainedMap join_neighbours(const ChainedMap& a, const ChainedMap& b, MergeNeighb
   report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   Fusion fusion = merge(a.map, b.map, pairs);
   ++report.fusions;
-  report.neighbours.push_back(
-      {a.map.base, b.map.base, static_cast<int>(pairs.size()), count_wrong_pairs(pairs, a.map, b.map), fusion.chi_squared, fusion.dof});
+  ChainedMap joined{{}, a.borders, a.submap_of_track};
+  joined.submap_of_track.insert(b.submap_of_track.begin(), b.submap_of_track.end());
+  NeighbourJoin join{a.map.base,         b.map.base, static_cast<int>(pairs.size()), count_wrong_pairs(pairs, a.map, b.map),
+                     fusion.chi_squared, fusion.dof};
+  if (!associator.identities_are_known()) {
+    const auto begin_again = std::chrono::steady_clock::now();
+    std::set<std::int64_t> tracks;
+    for (const auto& [track, submap] : b.submap_of_track) tracks.insert(track);
+    merge_duplicates_of(tracks, joined.submap_of_track, fusion.map, associator, join, report);
+    report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_again).count();
+  }
+  report.neighbours.push_back(join);
 
   // The merged state holds the border between the two (pose 0) and the new exit (pose 1) once more together: (L-4).
-  ChainedMap joined{std::move(fusion.map), a.borders};
+  joined.map = std::move(fusion.map);
   const LiveMap& map = joined.map;
   const GaussianSe2 border = pose_of(map, 0);
   const GaussianSe2 exit = pose_of(map, 1);
@@ -98,6 +147,22 @@ ChainedMap join_neighbours(const ChainedMap& a, const ChainedMap& b, MergeNeighb
   }
   forget_first_pose(joined.map);
   return joined;
+}
+
+void associate_with_itself(ChainedMap& chained, MapAssociator& associator, JoinReport& report) {
+  if (associator.identities_are_known()) return;
+  const auto begin = std::chrono::steady_clock::now();
+  std::map<int, std::set<std::int64_t>> tracks_of;  // by submap
+  for (const auto& [track, submap] : chained.submap_of_track) tracks_of[submap].insert(track);
+  NeighbourJoin join{chained.map.base, chained.map.base, 0, 0, 0.0, 0};
+  for (const auto& [submap, tracks] : tracks_of) {
+    merge_duplicates_of(tracks, chained.submap_of_track, chained.map, associator, join, report);
+  }
+  report.association_time_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (join.pairs == 0) return;
+  report.neighbours.push_back(join);
+  chained.borders.back() =
+      chained.borders.size() == 1 ? from_base(pose_of(chained.map, 0)) : with_end(chained.borders.back(), pose_of(chained.map, 0));
 }
 
 }  // namespace ssjs

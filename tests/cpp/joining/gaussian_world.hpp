@@ -57,7 +57,7 @@ inline Submap noisy_submap(const World& world, int k, const std::vector<int>& la
   for (Eigen::Index i = 0; i < n; ++i) {
     const int id = landmarks[static_cast<std::size_t>(i)];
     submap.state.mean.segment<2>(3 + 2 * i) = base_T_global * Eigen::Vector2d(world.landmarks.col(id));
-    submap.landmarks.push_back({1, id});
+    submap.landmarks.push_back({1, id, {1000 * std::int64_t{k} + i}});  // tracks of its own
   }
   submap.state.covariance = correlated_covariance(rng, state_sigmas(1, n, sigma_m));
   const Eigen::MatrixXd L = submap.state.covariance.llt().matrixL();

@@ -13,9 +13,10 @@ class ChainJoiner : public MapJoiner {
   [[nodiscard]] JoinReport take(const Submap& submap) final;
   /// The chain over the maps of the stack.
   [[nodiscard]] GaussianSe2 global_T_newest_base() const final;
-  /// Joins what is left, from the top down.
+  /// Joins what is left, from the top down, and associates the map with itself.
   JoinReport finish() final;
-  /// As after finish(): joins a copy of the stack, which costs as much. The joint covariance of all bases is not known to these methods.
+  /// Joins a copy of what is left on the stack, which costs as much as finish(). The joint covariance of all bases is not known to these
+  /// methods.
   [[nodiscard]] WorldEstimate estimate(BaseCovariance covariance) const final;
 
   [[nodiscard]] const std::vector<ChainedMap>& stack() const { return stack_; }

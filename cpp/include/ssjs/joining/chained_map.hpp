@@ -1,7 +1,9 @@
 /// A map of consecutive submaps that ends where the next map begins, and the join of two such neighbours.
-/// docs/math/joining_methods.md (L-1..L-4).
+/// docs/math/joining_methods.md (L-1..L-5).
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <vector>
 
 #include "ssjs/joining/fusion.hpp"
@@ -18,8 +20,9 @@ struct BorderEstimate {
 
 /// State [exit pose | landmarks]; the bases in between have left it.
 struct ChainedMap {
-  LiveMap map;                          ///< one pose, the exit; no ports
-  std::vector<BorderEstimate> borders;  ///< by member
+  LiveMap map;                                  ///< one pose, the exit; no ports
+  std::vector<BorderEstimate> borders;          ///< by member
+  std::map<std::int64_t, int> submap_of_track;  ///< which submap saw a track of the landmarks
 };
 [[nodiscard]] ChainedMap chained_map_of(const Submap& submap);
 
@@ -29,5 +32,8 @@ using MergeNeighbours = Fusion (*)(const LiveMap& a, const LiveMap& b, const std
 /// b starts where a ends. Adds what happened to the report.
 [[nodiscard]] ChainedMap join_neighbours(const ChainedMap& a, const ChainedMap& b, MergeNeighbours merge, MapAssociator& associator,
                                          JoinReport& report);
+
+/// Looks for landmarks that stand in the map twice, submap after submap (L-5); nothing with known identities.
+void associate_with_itself(ChainedMap& chained, MapAssociator& associator, JoinReport& report);
 
 }  // namespace ssjs

@@ -24,10 +24,10 @@ struct LoopAttempt {
   double sigma_m = 0.0;  ///< uncertainty of the pairing before the decision
 };
 
-/// Two maps merged that follow each other in time.
+/// Two maps merged that follow each other in time, or one map associated with itself.
 struct NeighbourJoin {
   int from = 0, to = 0;            ///< their bases
-  int pairs = 0;                   ///< landmarks found in both
+  int pairs = 0;                   ///< landmarks found in both, or found twice
   std::optional<int> wrong_pairs;  ///< as in LoopAttempt
   double chi_squared = 0.0;
   int dof = 0;

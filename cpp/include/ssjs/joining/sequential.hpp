@@ -1,5 +1,5 @@
 /// Local map joining (LMJ): one growing map in the frame of base 0, to which every finished submap is joined. [tardos2002],
-/// docs/math/joining_methods.md (L-1..L-4).
+/// docs/math/joining_methods.md (L-1..L-5).
 #pragma once
 
 #include "ssjs/joining/chain_joiner.hpp"
