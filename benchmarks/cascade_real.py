@@ -50,14 +50,15 @@ SDVD_PLAN = [
     (0.94, 0.05, 12, 1.0),
     (0.92, 0.01, 18, 1.0),
     (0.90, 0.002, 24, 1.0),
-    (0.88, 0.0005, 30, 1.0),
-    (0.86, 0.0001, 36, 1.0),
+    (0.88, 0.0005, 24, 1.0),
 ]
+#: No noise is added to the copies: windows without object have none, and a cascade would learn the noise.
 SDVD_SETTINGS = (
-    "image.smoothing_px=5", "window.width_px=16", "window.height_px=16", "augmentation.copies=6", "training.feature_set=side_scan_basic",
-    "training.max_asymmetry=1", "training.negatives_per_layer=1500",
+    "image.smoothing_px=3", "window.width_px=16", "window.height_px=16", "augmentation.copies=6", "augmentation.additive_noise=0",
+    "augmentation.multiplicative_noise=0", "training.feature_set=side_scan_basic", "training.max_asymmetry=1",
+    "training.negatives_per_layer=1500",
 )  # fmt: skip
-SDVD_DETECTOR = ("detector.min_neighbours=3", "detector.min_width_px=24", "detector.max_width_px=120")
+SDVD_DETECTOR = ("detector.min_neighbours=3", "detector.min_width_px=32", "detector.max_width_px=120")
 KLSG_WINDOW_PX = 20
 
 
