@@ -1,11 +1,25 @@
 // ssjs_cli._core: the C++ library seen from Python. Shapes and units as in the headers; long calls release the interpreter lock.
 #include <pybind11/pybind11.h>
 
+#include <string>
+
 #include "config.hpp"
 #include "parts.hpp"
 #include "ssjs/base/version.hpp"
 
 namespace ssjs::bindings {
+
+namespace {
+
+/// Messages may quote files, and files may hold anything: what is no UTF-8 is replaced.
+void raise(PyObject* type, const std::string& message) {
+  PyObject* text = PyUnicode_DecodeUTF8(message.data(), static_cast<Py_ssize_t>(message.size()), "replace");
+  if (text == nullptr) return;  // the error that is set by now says why
+  PyErr_SetObject(type, text);
+  Py_DECREF(text);
+}
+
+}  // namespace
 
 void add_errors(py::module_& module) {
   py::register_exception_translator([](std::exception_ptr raised) {
@@ -14,9 +28,9 @@ void add_errors(py::module_& module) {
     } catch (const Cancelled&) {
       PyErr_SetNone(PyExc_KeyboardInterrupt);
     } catch (const FileError& error) {
-      PyErr_SetString(PyExc_OSError, error.what());
+      raise(PyExc_OSError, error.what());
     } catch (const Error& error) {
-      PyErr_SetString(PyExc_ValueError, error.what());
+      raise(PyExc_ValueError, error.what());
     }
   });
   module.def(
@@ -35,4 +49,5 @@ PYBIND11_MODULE(_core, module) {
   add_features(module);
   add_imaging(module);
   add_segmentation(module);
+  add_cascade(module);
 }

@@ -11,5 +11,6 @@ void add_simulation(pybind11::module_& module);
 void add_features(pybind11::module_& module);
 void add_imaging(pybind11::module_& module);
 void add_segmentation(pybind11::module_& module);
+void add_cascade(pybind11::module_& module);
 
 }  // namespace ssjs::bindings

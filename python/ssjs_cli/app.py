@@ -30,6 +30,7 @@ COMMANDS = {
     "report": ("ssjs_cli.commands.report", "report", "(Re)build the HTML report of a finished run."),
     "segment": ("ssjs_cli.commands.segment", "segment", "Sonar images to masks, regions and centroids."),
     "segment-compare": ("ssjs_cli.commands.segment_compare", "segment_compare", "Five threshold methods on the same images."),
+    "cascade": ("ssjs_cli.commands.cascade", "cascade", "Haar cascades: train, detect, evaluate, show."),
     "config": ("ssjs_cli.commands.config", "config", "The settings: defaults, JSON schema, a file checked."),
 }
 

@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -25,11 +25,16 @@ class ProgressBar:
 
     def __init__(self, label: str) -> None:
         self._label = label
+        self._text = ""
         self._started_s = time.perf_counter()
         self._shown_s = 0.0
         self._bar: Progress | None = None
         self._task: TaskID | None = None
         self._enabled = sys.stderr.isatty()
+
+    def describe(self, text: str) -> None:
+        """What is being done just now, beside the label."""
+        self._text = text
 
     def show(self, fraction: float) -> None:
         now_s = time.perf_counter()
@@ -39,7 +44,8 @@ class ProgressBar:
         if self._bar is None or self._task is None:
             self._start()
         if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, completed=min(max(fraction, 0.0), 1.0))
+            description = f"{self._label}: {self._text}" if self._text else self._label
+            self._bar.update(self._task, completed=min(max(fraction, 0.0), 1.0), description=description)
 
     def _start(self) -> None:
         from rich.console import Console
@@ -62,32 +68,42 @@ class ProgressBar:
             self._bar = None
 
 
+class Watch:
+    """The callback of a long computation, called with the fraction done."""
+
+    def __init__(self, bar: ProgressBar) -> None:
+        self._bar = bar
+        self.interrupted = False
+
+    def __call__(self, fraction: float) -> bool:
+        self._bar.show(fraction)
+        return not self.interrupted
+
+    def describe(self, text: str) -> None:
+        self._bar.describe(text)
+
+
 @contextmanager
-def interruptible(label: str) -> Iterator[Callable[[float], bool]]:
+def interruptible(label: str) -> Iterator[Watch]:
     """Gives the callback of a long computation: it shows the fraction done and answers False once Ctrl-C was pressed.
     A second Ctrl-C stops at once. After the block an interruption that was not answered yet is raised."""
-    interrupted = False
     bar = ProgressBar(label)
+    watch = Watch(bar)
 
     def note_interruption(signal_number: int, frame: FrameType | None) -> None:
-        nonlocal interrupted
-        if interrupted:
+        if watch.interrupted:
             raise KeyboardInterrupt
-        interrupted = True
-
-    def callback(fraction: float) -> bool:
-        bar.show(fraction)
-        return not interrupted
+        watch.interrupted = True
 
     in_main_thread = threading.current_thread() is threading.main_thread()
     previous = signal.signal(signal.SIGINT, note_interruption) if in_main_thread else None
     try:
-        yield callback
+        yield watch
     finally:
         bar.close()
         if in_main_thread:
             signal.signal(signal.SIGINT, previous)
-    if interrupted:
+    if watch.interrupted:
         raise InterruptionError
 
 

@@ -12,7 +12,7 @@ STUB = ast.parse((Path(ssjs_cli.__file__).parent / "_core.pyi").read_text(encodi
 
 
 def stated_arguments(function: ast.FunctionDef) -> list[str]:
-    names = [argument.arg for argument in function.args.args]
+    names = [argument.arg for argument in (*function.args.args, *function.args.kwonlyargs)]
     return names[1:] if names[:1] == ["self"] else names
 
 

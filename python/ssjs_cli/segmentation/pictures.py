@@ -97,14 +97,14 @@ def _thumbnail(drawing: Drawing, box_px: tuple[int, int]) -> tuple[_Small, float
 
 def _shrunk(drawing: Drawing, factor: int) -> _Small:
     image = drawing.image
-    table = _display_table(image)
+    table = display_table(image)
     grey = _in_blocks(image.levels, factor, lambda block: table[block], np.mean)
     mask = _in_blocks(drawing.mask, factor, _unchanged, np.max)
     valid = None if image.valid is None else _in_blocks(image.valid, factor, _unchanged, np.max)
     return _Small(grey, mask, valid)
 
 
-def _display_table(image: LevelImage) -> Pixels:
+def display_table(image: LevelImage) -> Pixels:
     """Level -> grey for the eye."""
     step = max(1, math.isqrt(image.levels.size // _SAMPLE_PIXELS))
     sample = image.levels[::step, ::step]

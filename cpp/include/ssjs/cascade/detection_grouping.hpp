@@ -1,0 +1,28 @@
+/// Overlapping hits of a detector brought together. docs/math/cascade.md (C-15).
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace ssjs {
+
+/// A window that passed the whole cascade, in pixels of the picture.
+struct WindowHit {
+  cv::Rect box;
+  double score = 0;
+};
+
+/// One object: the mean of the boxes of a group.
+struct Detection {
+  cv::Rect box;
+  double score = 0;    ///< greatest of the group
+  int neighbours = 0;  ///< windows in the group
+};
+
+/// Boxes are alike when their four sides differ by at most `similarity` times the mean of the lesser width and the lesser height;
+/// alike to alike makes a group. Groups of `min_neighbours` windows or fewer are dropped, and so are those inside a larger group
+/// of more windows: with `min_neighbours` > 0 the boxes are those of OpenCV's groupRectangles. With 0 every hit is a detection.
+/// Best score first, then by place.
+[[nodiscard]] std::vector<Detection> group_hits(const std::vector<WindowHit>& hits, int min_neighbours, double similarity);
+
+}  // namespace ssjs
