@@ -66,11 +66,11 @@ SonarImage prepared(const SonarImage& image, CascadeSide side) {
   if (side == CascadeSide::kMirrored) {
     cv::Mat flipped;
     cv::flip(seen.intensity, flipped, 1);
-    seen.intensity = flipped;
+    seen.intensity = std::move(flipped);
     if (!seen.valid.empty()) {
       cv::Mat flipped_mask;
       cv::flip(seen.valid, flipped_mask, 1);
-      seen.valid = flipped_mask;
+      seen.valid = std::move(flipped_mask);
     }
   }
   return seen;

@@ -128,7 +128,8 @@ Provenance provenance_from(const Json& json) {
   provenance.trained_with = string(member(json, "trained_with", where), where + ".trained_with");
   const Json& settings = member(json, "settings", where);
   if (!settings.is_object()) fail(where + ".settings", "not a table");
-  for (const auto& [key, value] : settings.items()) provenance.settings.emplace_back(key, string(value, where + ".settings." + key));
+  const std::string prefix = where + ".settings.";
+  for (const auto& [key, value] : settings.items()) provenance.settings.emplace_back(key, string(value, std::string(prefix).append(key)));
   const Json& layers = list(json, "layers", where);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const std::string here = where + "." + at("layers", i);

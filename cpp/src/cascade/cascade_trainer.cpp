@@ -7,6 +7,7 @@
 #include <memory>
 #include <numeric>
 #include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,12 @@
 
 namespace ssjs {
 namespace {
+
+std::string trained_otherwise(const std::string& key, const std::string& before, const std::string& now) {
+  std::string what = "was trained with ";
+  what.append(key).append(" = ").append(before).append(", not ").append(now);
+  return what.append("; train as before, or without --resume");
+}
 
 constexpr std::size_t kBytesInMegabyte = 1000000;
 constexpr double kLeastShareOfNegatives = 0.1;  // of those wanted: with fewer a layer would learn single windows by heart
@@ -162,9 +169,7 @@ class Trainer {
       const auto& [key, value] = cascade_.provenance.settings[i];
       const bool known = i < found.provenance.settings.size() && found.provenance.settings[i].first == key;
       if (!known || found.provenance.settings[i].second != value)
-        throw FileError(path, 0,
-                        "was trained with " + key + " = " + (known ? found.provenance.settings[i].second : "nothing") + ", not " + value +
-                            "; train as before, or without --resume");
+        throw FileError(path, 0, trained_otherwise(key, known ? found.provenance.settings[i].second : "nothing", value));
     }
     cascade_ = std::move(found);
     for (const CascadeStage& stage : cascade_.stages) for_each_followed([&](Followed& windows) { windows.pass(stage, cascade_.features); });

@@ -29,11 +29,11 @@ struct Mass {
 };
 
 /// (C-8): what a split gains when `left` of `all` goes left. Written with comparisons that the compiler turns into vector code.
-template <BoostType type, class Real>
+template <BoostType Type, class Real>
 Real gain(Real left_positive, Real left_negative, Real all_positive, Real all_negative) {
   const Real right_positive = all_positive - left_positive;
   const Real right_negative = all_negative - left_negative;
-  if constexpr (type == BoostType::kDiscrete) {
+  if constexpr (Type == BoostType::kDiscrete) {
     const Real right_is_negative = left_positive + right_negative;
     const Real left_is_negative = left_negative + right_positive;
     return right_is_negative < left_is_negative ? left_is_negative : right_is_negative;
@@ -56,7 +56,7 @@ double exact_gain(BoostType type, Mass left, Mass all) {
 using Histogram = std::array<std::uint32_t, 2 * kBins>;  // negative and positive mass of each bin in turn
 
 /// (C-10): no split of the samples counted so far gains more, wherever in a bin it falls.
-template <BoostType type>
+template <BoostType Type>
 double gain_bound(const Histogram& histogram, Mass all) {
   std::array<float, kBins + 1> positive_below;
   std::array<float, kBins + 1> negative_below;
@@ -72,9 +72,9 @@ double gain_bound(const Histogram& histogram, Mass all) {
   const auto n = static_cast<float>(all.negative);
   std::array<float, kBins> bounds;
   for (std::size_t b = 0; b < kBins; ++b) {  // the upper edge, and the two corners that are no edges
-    const float at_edge = gain<type>(positive_below[b + 1], negative_below[b + 1], p, n);
-    const float positives_first = gain<type>(positive_below[b + 1], negative_below[b], p, n);
-    const float negatives_first = gain<type>(positive_below[b], negative_below[b + 1], p, n);
+    const float at_edge = gain<Type>(positive_below[b + 1], negative_below[b + 1], p, n);
+    const float positives_first = gain<Type>(positive_below[b + 1], negative_below[b], p, n);
+    const float negatives_first = gain<Type>(positive_below[b], negative_below[b + 1], p, n);
     const float of_corners = positives_first < negatives_first ? negatives_first : positives_first;
     bounds[b] = at_edge < of_corners ? of_corners : at_edge;
   }

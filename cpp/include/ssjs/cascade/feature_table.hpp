@@ -37,7 +37,7 @@ class FeatureTable {
   [[nodiscard]] const Bin* bins(std::size_t index, Scratch& scratch) const;
 
  private:
-  void form_bins(std::size_t index, std::vector<float>& values, Bin* bins) const;
+  void form_bins(std::size_t index, std::vector<float>& row, Bin* bins) const;
 
   const std::vector<HaarFeature>& features_;
   std::size_t positives_ = 0;
