@@ -13,6 +13,7 @@ from ssjs_cli.report.number_text import (
     percent_text,
     plain_text,
     seconds_text,
+    times_text,
 )
 
 
@@ -166,7 +167,7 @@ def _trajectory_card(summary: dict[str, Any]) -> Card:
     dead_m = finite_number(summary.get("dead_reckoning_rmse_m"))
     lines = [_joined(summary, (("trajectory_mean_m", "mean {}", metres_text), ("trajectory_max_m", "largest {}", metres_text)))]
     if dead_m is not None:
-        times = f", {dead_m / rmse_m:.2g} × as much" if rmse_m and dead_m > rmse_m else ""
+        times = f", {times_text(dead_m / rmse_m)} × as much" if rmse_m and dead_m > rmse_m else ""
         lines.append(f"dead reckoning {metres_text(dead_m)}{times}")
     return _card("Trajectory RMSE", rmse_m, metres_text, lines, NO_REFERENCE)
 

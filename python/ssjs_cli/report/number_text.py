@@ -38,11 +38,16 @@ def seconds_text(value_s: float) -> str:
     size_s = abs(value_s)
     if size_s == 0.0:
         return "0 s"
-    if size_s < 1e-3:
+    if size_s < 0.9995e-3:
         return f"{1e6 * value_s:.3g} µs"
-    if size_s < 1.0:
+    if size_s < 0.9995:
         return f"{1e3 * value_s:.3g} ms"
     return f"{value_s:.3g} s" if size_s < 100.0 else f"{value_s:,.0f} s"
+
+
+def times_text(factor: float) -> str:
+    """How many times as much: two significant digits below ten, whole numbers above; never powers of ten."""
+    return f"{factor:.2g}" if abs(factor) < 9.95 else f"{factor:,.0f}"
 
 
 def plain_text(value: float) -> str:
