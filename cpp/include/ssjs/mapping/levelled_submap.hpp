@@ -61,8 +61,8 @@ struct LevelledSubmap {
   }
   [[nodiscard]] static Eigen::Index compass_offset() { return 3; }
   [[nodiscard]] Eigen::Index landmark_count() const { return static_cast<Eigen::Index>(landmarks.size()); }
-  [[nodiscard]] Eigen::Index landmark_offset(Eigen::Index index) const { return 3 + compass_rows() + 3 * index; }
-  [[nodiscard]] auto landmark(Eigen::Index index) const { return Eigen::seqN(landmark_offset(index), Eigen::fix<3>); }
+  [[nodiscard]] Eigen::Index landmark_offset(Eigen::Index nth) const { return 3 + compass_rows() + 3 * nth; }
+  [[nodiscard]] auto landmark(Eigen::Index nth) const { return Eigen::seqN(landmark_offset(nth), Eigen::fix<3>); }
 };
 
 }  // namespace ssjs
