@@ -1,0 +1,143 @@
+#include "ssjs/io/navigation_log.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "ssjs/io/log_checks.hpp"
+
+namespace ssjs {
+namespace {
+
+NavigationTick at(double time_s) {
+  NavigationTick tick;
+  tick.time_s = time_s;
+  return tick;
+}
+
+/// Everything that `later` holds comes into `tick`.
+void merge(NavigationTick& tick, NavigationTick& later) {
+  const auto take = [](auto& mine, auto& other) {
+    if (other) mine = std::move(other);
+  };
+  take(tick.gyro_rad_s, later.gyro_rad_s);
+  take(tick.roll_pitch_rad, later.roll_pitch_rad);
+  take(tick.compass_rad, later.compass_rad);
+  take(tick.depth_m, later.depth_m);
+  take(tick.altitude_m, later.altitude_m);
+  take(tick.velocity, later.velocity);
+  tick.sightings.insert(tick.sightings.end(), later.sightings.begin(), later.sightings.end());
+}
+
+}  // namespace
+
+void NavigationLog::add_attitude(const Column& time_s, const Table& roll_pitch_yaw_rad) {
+  check_rows("attitude", roll_pitch_yaw_rad.rows(), time_s.size());
+  check_columns("attitude", roll_pitch_yaw_rad.cols(), 3);
+  check_times("attitude", time_s);
+  check_finite("attitude", "roll, pitch, yaw", roll_pitch_yaw_rad);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    NavigationTick tick = at(time_s(i));
+    tick.roll_pitch_rad = Eigen::Vector2d(roll_pitch_yaw_rad(i, 0), roll_pitch_yaw_rad(i, 1));
+    tick.compass_rad = roll_pitch_yaw_rad(i, 2);
+    add(std::move(tick));
+  }
+}
+
+void NavigationLog::add_gyro(const Column& time_s, const Table& body_rates_rad_s) {
+  check_rows("gyro", body_rates_rad_s.rows(), time_s.size());
+  check_columns("gyro", body_rates_rad_s.cols(), 3);
+  check_times("gyro", time_s);
+  check_finite("gyro", "body rates", body_rates_rad_s);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    NavigationTick tick = at(time_s(i));
+    tick.gyro_rad_s = Eigen::Vector3d(body_rates_rad_s.row(i));
+    add(std::move(tick));
+  }
+}
+
+void NavigationLog::add_depth(const Column& time_s, const Column& depth_m) {
+  check_rows("depth_m", depth_m.size(), time_s.size());
+  check_times("depth", time_s);
+  check_finite("depth", "depth_m", depth_m);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    NavigationTick tick = at(time_s(i));
+    tick.depth_m = depth_m(i);
+    add(std::move(tick));
+  }
+}
+
+void NavigationLog::add_altitude(const Column& time_s, const Column& altitude_m) {
+  check_rows("altitude_m", altitude_m.size(), time_s.size());
+  check_times("altitude", time_s);
+  check_finite("altitude", "altitude_m", altitude_m);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    NavigationTick tick = at(time_s(i));
+    tick.altitude_m = altitude_m(i);
+    add(std::move(tick));
+  }
+}
+
+void NavigationLog::add_velocity(const Column& time_s, const Table& velocity_m_s, const std::vector<bool>& bottom_lock) {
+  check_rows("velocity", velocity_m_s.rows(), time_s.size());
+  check_columns("velocity", velocity_m_s.cols(), 3);
+  check_rows("bottom_lock", static_cast<Eigen::Index>(bottom_lock.size()), time_s.size());
+  check_times("velocity", time_s);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    NavigationTick tick = at(time_s(i));
+    tick.velocity.emplace();
+    tick.velocity->bottom_lock = bottom_lock[static_cast<std::size_t>(i)];
+    if (tick.velocity->bottom_lock) {
+      check_finite("velocity with bottom lock,", "velocity_m_s", velocity_m_s.row(i));
+      tick.velocity->velocity_m_s = velocity_m_s.row(i);
+    }
+    add(std::move(tick));
+  }
+}
+
+void NavigationLog::add_sightings(const Column& time_s, const Table& vehicle_p_point, const Table& covariance,
+                                  const std::optional<std::vector<std::int64_t>>& landmark_id) {
+  check_rows("points", vehicle_p_point.rows(), time_s.size());
+  check_columns("points", vehicle_p_point.cols(), 3);
+  if (covariance.rows() > 0) {
+    check_rows("point covariance", covariance.rows(), time_s.size());
+    check_columns("point covariance", covariance.cols(), 6);
+  }
+  if (landmark_id) check_rows("landmark_id", static_cast<Eigen::Index>(landmark_id->size()), time_s.size());
+  check_times("points", time_s);
+  check_finite("points", "x, y, z", vehicle_p_point);
+  check_finite("points", "covariance", covariance);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    SideScanSighting sighting;
+    sighting.vehicle_p_point = vehicle_p_point.row(i);
+    if (covariance.rows() > 0) {
+      Eigen::Matrix3d P;
+      P << covariance(i, 0), covariance(i, 1), covariance(i, 2),  //
+          covariance(i, 1), covariance(i, 3), covariance(i, 4),   //
+          covariance(i, 2), covariance(i, 4), covariance(i, 5);
+      sighting.covariance = P;
+    }
+    if (landmark_id && (*landmark_id)[static_cast<std::size_t>(i)] >= 0) sighting.landmark_id = (*landmark_id)[static_cast<std::size_t>(i)];
+    NavigationTick tick = at(time_s(i));
+    tick.sightings.push_back(sighting);
+    add(std::move(tick));
+  }
+}
+
+const std::vector<NavigationTick>& NavigationLog::ticks() {
+  if (!merged_) {
+    std::stable_sort(ticks_.begin(), ticks_.end(), [](const NavigationTick& a, const NavigationTick& b) { return a.time_s < b.time_s; });
+    std::vector<NavigationTick> merged;
+    for (NavigationTick& tick : ticks_) {
+      if (!merged.empty() && merged.back().time_s == tick.time_s) {
+        merge(merged.back(), tick);
+      } else {
+        merged.push_back(std::move(tick));
+      }
+    }
+    ticks_ = std::move(merged);
+    merged_ = true;
+  }
+  return ticks_;
+}
+
+}  // namespace ssjs
