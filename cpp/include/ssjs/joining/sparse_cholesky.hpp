@@ -32,7 +32,8 @@ class SparseCholesky {
   void add(int row, int column, const Eigen::Matrix<double, Rows, Columns>& block) {
     if (row < column || column < 0) return;
     const Place place = find(row, column);
-    Eigen::Map<Eigen::Matrix<double, Rows, Columns>, 0, Eigen::OuterStride<>>(place.first, Eigen::OuterStride<>(place.stride)) += block;
+    Eigen::Map<Eigen::Matrix<double, Rows, Columns>, 0, Eigen::OuterStride<>>(place.first, block.rows(), block.cols(),
+                                                                              Eigen::OuterStride<>(place.stride)) += block;
   }
   [[nodiscard]] Eigen::VectorXd diagonal() const;
   void set_diagonal(const Eigen::VectorXd& diagonal);

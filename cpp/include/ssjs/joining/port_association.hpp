@@ -1,0 +1,53 @@
+/// Which landmarks of one levelled map others have seen already. docs/math/ports.md (P-10..P-12).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ssjs/association/joint_compatibility.hpp"
+#include "ssjs/joining/port_level.hpp"
+
+namespace ssjs {
+
+/// A landmark as one map knows it.
+struct Sighting {
+  const PortMap* map;
+  Eigen::Index landmark;
+
+  [[nodiscard]] Eigen::Index row() const { return map->submap.landmark_offset(landmark); }
+  [[nodiscard]] std::optional<Unknown> port() const { return map->unknown_at(row()); }
+};
+
+/// Landmarks in the world: position = mean + J dX + n, n ~ N(0, noise), 3 rows each; sightings of one map follow each other. (P-10)
+struct PlacedSightings {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd J;  ///< over the unknowns given
+  Eigen::MatrixXd noise;
+};
+/// All unknowns that the world positions of these depend on, ascending.
+[[nodiscard]] std::vector<Unknown> unknowns_of(const std::vector<Sighting>& sightings);
+[[nodiscard]] PlacedSightings place_sightings(const std::vector<Sighting>& sightings, const std::vector<Unknown>& unknowns,
+                                              const PortValues& values);
+
+struct PortAssociationConfig {
+  JointCompatibilityConfig joint;
+  double max_chance_pairs = 0.05;  ///< see associate_sightings
+};
+
+struct SightingPairs {
+  std::vector<Pair> pairs;              ///< observation = place in `observed`, prediction = place in `predicted`; ascending
+  double joint_squared_distance = 0.0;  ///< of the pairs, 2 degrees of freedom each
+  double sigma_m = 0.0;                 ///< largest standard deviation of a pair's displacement by the unknowns, before the pairing
+  int refused = 0;                      ///< jointly compatible pairs that chance explains too well
+  bool budget_exhausted = false;
+};
+
+/// `observed` are of one map. Joint compatibility in the plane over pairs whose depths agree (gate_probability, 1 degree of freedom), with
+/// the joint covariance of both sides, in which the compass offsets already tell how the maps are turned against each other. Then pairs
+/// are dropped, the worst first, while the number of foreign landmarks to be expected inside a pair's gate, given all other pairs, exceeds
+/// max_chance_pairs: a lone pair in a crowd, or under an uncertain track, means nothing.
+/// density_per_m2: landmarks to be met by chance.
+[[nodiscard]] SightingPairs associate_sightings(const std::vector<Sighting>& observed, const std::vector<Sighting>& predicted,
+                                                const PortLevel& level, double density_per_m2, const PortAssociationConfig& config);
+
+}  // namespace ssjs

@@ -1,0 +1,106 @@
+/// Joins the levelled maps of an underwater survey by their ports: bases, compass offsets, landmarks seen again. Nothing is fused, every
+/// measurement stays in its map. docs/math/ports.md.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "ssjs/base/config_field.hpp"
+#include "ssjs/joining/map_joiner.hpp"
+#include "ssjs/joining/port_association.hpp"
+#include "ssjs/joining/port_level.hpp"
+#include "ssjs/mapping/scan_association.hpp"
+
+namespace ssjs {
+
+enum class PortSolver { kBatch, kRecursive };
+
+struct PortJoinerConfig {
+  PortSolver solver = PortSolver::kBatch;
+  double relinearize_heading_rad = 0.01;
+  AssociationMethod association = AssociationMethod::kJointCompatibility;
+  double gate_probability = 0.99;
+  double joint_gate_probability = 0.95;
+  int node_budget = 1500;
+  double max_chance_pairs = 0.05;
+  std::optional<double> north_offset_rad;
+  double north_offset_sigma_rad = 0.05;
+  double offset_drift_rad_per_sqrt_s = 0.0;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.choice("solver", solver, Choices<PortSolver>{{"batch", PortSolver::kBatch}, {"recursive", PortSolver::kRecursive}},
+             "global level: sparse Gauss-Newton over all maps, or an extended Kalman filter over their ports");
+    v.field("relinearize_heading_rad", relinearize_heading_rad, Rule::positive(),
+            "recursive: a base that turned by more than this starts the filter anew from Gauss-Newton");
+    v.choice("association", association,
+             Choices<AssociationMethod>{{"jcbb", AssociationMethod::kJointCompatibility}, {"known", AssociationMethod::kKnown}},
+             "how landmarks are found again in other maps");
+    v.field("gate_probability", gate_probability, Rule::open(0, 1), "individual gate of a pairing between maps, in the plane and in depth");
+    v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings of a map");
+    v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one map");
+    v.field("max_chance_pairs", max_chance_pairs, Rule::positive(),
+            "a pair is refused when, given the other pairs, more foreign landmarks than this are to be expected inside its gate");
+    v.field(
+        "north_offset_rad", north_offset_rad, Rule::any(),
+        "aligns the world to north: the expected compass reading minus the true heading (minus the declination); without it the world is "
+        "that of the first base");
+    v.field("north_offset_sigma_rad", north_offset_sigma_rad, Rule::positive(), "... and its standard deviation");
+    v.field("offset_drift_rad_per_sqrt_s", offset_drift_rad_per_sqrt_s, Rule::not_negative(),
+            "random walk of the compass offset between maps that state their mean offset only; 0 takes it for constant");
+  }
+};
+
+class PortJoiner {
+ public:
+  explicit PortJoiner(const PortJoinerConfig& config);
+
+  /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
+  /// not fit, or it knows another kind of compass ports than the maps before.
+  JoinReport take(LevelledSubmap submap);
+  /// Gauss-Newton over everything: the best estimate there is.
+  void finish();
+
+  [[nodiscard]] const std::deque<PortMap>& maps() const { return maps_; }
+  [[nodiscard]] const PortLevel& level() const { return *level_; }
+  [[nodiscard]] GaussianSe2 global_T_newest_base() const;
+
+ private:
+  /// Landmarks of one map around their centroid, base frame.
+  struct Extent {
+    Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+    double radius_m = 0.0;
+  };
+  /// Landmark `own` of the map in question is landmark `other` of another.
+  struct Match {
+    Eigen::Index own;
+    Sighting other;
+  };
+
+  void check(const LevelledSubmap& submap) const;
+  void attach(PortMap& map);
+  [[nodiscard]] int offset_at_start(const PortMap& map) const;
+  [[nodiscard]] bool offset_is_shared() const;
+
+  [[nodiscard]] std::vector<int> maps_in_reach(int newest) const;
+  [[nodiscard]] std::vector<Match> match_by_identity(int newest) const;
+  JoinReport pair_with(int observer, const std::vector<int>& others, bool only_ports);
+  void join(int observer, const std::vector<Match>& matches);
+  [[nodiscard]] double density_around(int observer, const std::vector<Sighting>& predicted) const;
+
+  PortJoinerConfig config_;
+  PortAssociationConfig association_;
+  std::unique_ptr<PortLevel> level_;
+  std::deque<PortMap> maps_;
+  std::vector<Extent> extents_;
+  std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
+  std::optional<CompassPorts> compass_;          ///< of all maps
+  bool compass_is_mean_ = false;
+  double last_mean_time_s_ = 0.0;
+  int landmark_ports_ = 0;
+};
+
+}  // namespace ssjs

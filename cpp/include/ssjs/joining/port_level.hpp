@@ -1,0 +1,50 @@
+/// The global level of a survey: bases, compass offsets and landmarks that several levelled maps share. Every map is a factor over its
+/// ports. docs/math/ports.md (P-4, P-6..P-9).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "ssjs/joining/port_map.hpp"
+
+namespace ssjs {
+
+/// What is known of a compass offset (compass reading minus true heading) beforehand: minus the magnetic declination, and how sure.
+struct OffsetPrior {
+  double mean_rad = 0.0;
+  double variance = 0.0;  ///< rad^2, > 0
+};
+
+/// Base 0 stands at the origin. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then the world's x axis is
+/// where the prior's headings start from, north. Two implementations: BatchPorts and RecursivePorts. Both take the same calls in the same
+/// order, an unknown's index being the next of its kind; the caller puts the ports into the map AFTER the call.
+class PortLevel {
+ public:
+  PortLevel() = default;
+  PortLevel(const PortLevel&) = delete;
+  PortLevel& operator=(const PortLevel&) = delete;
+  virtual ~PortLevel() = default;
+
+  /// North-aligned world: offset 0 has this prior, and base 0 its heading from the compass entry (`row`) of map 0. Before anything else.
+  virtual void align_to_north(const PortMap& map, Eigen::Index row, const OffsetPrior& prior) = 0;
+  /// Each port's unknown is new and gets its value from the map (P-7). All together, so that cross terms are kept.
+  virtual void introduce(const PortMap& map, const std::vector<Port>& ports) = 0;
+  /// Each port's unknown is known already: what the map says of it is a new measurement (P-8).
+  virtual void tie(const PortMap& map, const std::vector<Port>& ports) = 0;
+  /// A new offset: that of index `from` plus a random walk of this variance (P-4).
+  virtual void drift(int from, double variance) = 0;
+  /// Best estimate of all that was told so far; covariance() and values() answer for it.
+  virtual void settle() = 0;
+  /// Gauss-Newton over everything, whatever the implementation.
+  virtual void adjust() = 0;
+
+  [[nodiscard]] virtual const PortValues& values() const = 0;
+  /// Joint covariance, rows_of(kind) rows an unknown (additive coordinates); zero where an unknown is held fixed.
+  [[nodiscard]] virtual Eigen::MatrixXd covariance(const std::vector<Unknown>& unknowns) const = 0;
+};
+
+/// Appends to `values` what `map` says of the ports' unknowns, which are the next of their kinds (P-7).
+void append_values(PortValues& values, const PortMap& map, const std::vector<Port>& ports);
+
+}  // namespace ssjs

@@ -1,0 +1,240 @@
+#include "ssjs/joining/batch_ports.hpp"
+
+#include <cmath>
+
+#include "ssjs/base/angle.hpp"
+#include "ssjs/base/error.hpp"
+#include "ssjs/geometry/gaussian.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr int kMaxIterations = 30;
+constexpr int kMaxHalvings = 8;
+constexpr double kTolerance = 1e-12;  // of half chi-squared
+constexpr double kRelativeDecrease = 1e-13;
+
+}  // namespace
+
+BatchPorts::BatchPorts() { values_.bases.emplace_back(); }
+
+void BatchPorts::align_to_north(const PortMap& map, Eigen::Index row, const OffsetPrior& prior) {
+  if (!factors_.empty()) throw InvalidArgument("align_to_north", "late call", "comes before every map");
+  prior_ = prior;
+  values_.offsets.push_back(prior.mean_rad);
+  values_.bases.front().heading = wrap_angle(map.submap.mean(row) - prior.mean_rad);
+  set_factor(map, {{row, {UnknownKind::kOffset, 0}}});
+}
+
+void BatchPorts::introduce(const PortMap& map, const std::vector<Port>& ports) {
+  append_values(values_, map, ports);
+  set_factor(map, ports);
+}
+
+void BatchPorts::tie(const PortMap& map, const std::vector<Port>& ports) { set_factor(map, ports); }
+
+void BatchPorts::drift(int from, double variance) {
+  drifts_.push_back({from, static_cast<int>(values_.offsets.size()), variance});
+  values_.offsets.push_back(values_.offset(from));
+  pattern_is_stale_ = true;
+}
+
+void BatchPorts::set_values(const PortValues& values) {
+  values_ = values;
+  columns_.clear();
+}
+
+void BatchPorts::set_factor(const PortMap& map, const std::vector<Port>& more) {
+  Factor factor{map.ports, {}, {}};
+  factor.ports.insert(factor.ports.end(), more.begin(), more.end());
+  const Eigen::VectorXi rows = state_rows(factor.ports);
+  factor.mean = map.submap.mean(rows);
+  const std::string name = "map " + std::to_string(map.base());
+  const Eigen::MatrixXd L = cholesky_lower(map.submap.covariance(rows, rows), "covariance of the ports", name.c_str());
+  const Eigen::MatrixXd L_inverse = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(rows.size(), rows.size()));
+  factor.information = L_inverse.transpose() * L_inverse;
+  factors_[map.base()] = std::move(factor);
+  pattern_is_stale_ = true;
+}
+
+std::pair<Eigen::Index, Eigen::Index> BatchPorts::free_rows(const Unknown& unknown) const {
+  if (unknown.kind == UnknownKind::kBase && unknown.index == 0) return {2, 1};  // of a world aligned to north: the heading
+  return {0, rows_of(unknown.kind)};
+}
+
+int BatchPorts::slot(const Unknown& unknown) const {
+  const int first_base = prior_ ? 0 : 1;  // base 0 is the world, or free to turn
+  const int bases = static_cast<int>(values_.bases.size()) - first_base;
+  const int offsets = static_cast<int>(values_.offsets.size());
+  switch (unknown.kind) {
+    case UnknownKind::kBase:
+      return unknown.index - first_base;
+    case UnknownKind::kOffset:
+      return bases + unknown.index;
+    case UnknownKind::kLandmark:
+      break;
+  }
+  return bases + offsets + unknown.index;
+}
+
+std::vector<Unknown> BatchPorts::unknowns() const {
+  std::vector<Unknown> all;
+  for (std::size_t i = 0; i < values_.bases.size(); ++i) all.push_back({UnknownKind::kBase, static_cast<int>(i)});
+  for (std::size_t i = 0; i < values_.offsets.size(); ++i) all.push_back({UnknownKind::kOffset, static_cast<int>(i)});
+  for (std::size_t i = 0; i < values_.landmarks.size(); ++i) all.push_back({UnknownKind::kLandmark, static_cast<int>(i)});
+  return all;
+}
+
+std::string BatchPorts::name_of(int slot_index) const {
+  for (const Unknown& unknown : unknowns()) {
+    if (slot(unknown) != slot_index) continue;
+    const char* const kind = unknown.kind == UnknownKind::kBase     ? "base "
+                             : unknown.kind == UnknownKind::kOffset ? "compass offset "
+                                                                    : "landmark ";
+    return kind + std::to_string(unknown.index);
+  }
+  return "an unknown";
+}
+
+void BatchPorts::analyse() {
+  std::vector<int> sizes;
+  for (const Unknown& unknown : unknowns()) {
+    if (slot(unknown) >= 0) sizes.push_back(static_cast<int>(free_rows(unknown).second));
+  }
+  std::vector<BlockPosition> blocks;
+  const auto couple = [&](int a, int b) {
+    if (a >= b && b >= 0) blocks.emplace_back(a, b);
+  };
+  for (const auto& [base, factor] : factors_) {
+    std::vector<int> touched{slot({UnknownKind::kBase, base})};
+    for (const Port& port : factor.ports) touched.push_back(slot(port.unknown));
+    for (const int a : touched) {
+      for (const int b : touched) couple(a, b);
+    }
+  }
+  for (const Drift& drift : drifts_) couple(slot({UnknownKind::kOffset, drift.to}), slot({UnknownKind::kOffset, drift.from}));
+  hessian_.set_pattern(sizes, blocks);
+  pattern_is_stale_ = false;
+}
+
+double BatchPorts::linearize() {
+  hessian_.set_zero();
+  gradient_.setZero(hessian_.rows());
+  double cost = 0.0;
+  for (const auto& [base, factor] : factors_) {  // (P-6)
+    const PortPlacement placed = place_ports(base, factor.ports, values_);
+    const Eigen::VectorXd residual = port_difference(factor.ports, placed.s, factor.mean);
+    const Eigen::VectorXd W_residual = factor.information * residual;
+    const Eigen::MatrixXd W_J = factor.information * placed.J;
+    cost += 0.5 * residual.dot(W_residual);
+    for (std::size_t i = 0; i < placed.unknowns.size(); ++i) {
+      const int at_i = slot(placed.unknowns[i]);
+      if (at_i < 0) continue;
+      const auto [first_i, count_i] = free_rows(placed.unknowns[i]);
+      const auto J_i = placed.J.middleCols(placed.columns[i] + first_i, count_i);
+      gradient_.segment(hessian_.row_of(at_i), count_i) += J_i.transpose() * W_residual;
+      for (std::size_t j = 0; j < placed.unknowns.size(); ++j) {
+        const auto [first_j, count_j] = free_rows(placed.unknowns[j]);
+        const int at_j = slot(placed.unknowns[j]);
+        if (at_j < 0 || at_i < at_j) continue;
+        hessian_.add<Eigen::Dynamic, Eigen::Dynamic>(at_i, at_j, J_i.transpose() * W_J.middleCols(placed.columns[j] + first_j, count_j));
+      }
+    }
+  }
+  const auto add_scalar = [&](int row, int column, double value) { hessian_.add<1, 1>(row, column, Eigen::Matrix<double, 1, 1>(value)); };
+  for (const Drift& drift : drifts_) {  // (P-4)
+    const double residual = wrap_angle(values_.offset(drift.to) - values_.offset(drift.from));
+    const int to = slot({UnknownKind::kOffset, drift.to});
+    const int from = slot({UnknownKind::kOffset, drift.from});
+    const double W = 1.0 / drift.variance;
+    cost += 0.5 * residual * residual * W;
+    gradient_(hessian_.row_of(to)) += W * residual;
+    gradient_(hessian_.row_of(from)) -= W * residual;
+    add_scalar(to, to, W);
+    add_scalar(from, from, W);
+    add_scalar(to, from, -W);
+    add_scalar(from, to, -W);
+  }
+  if (prior_) {  // (P-4)
+    const double residual = wrap_angle(values_.offsets.front() - prior_->mean_rad);
+    const int at = slot({UnknownKind::kOffset, 0});
+    cost += 0.5 * residual * residual / prior_->variance;
+    gradient_(hessian_.row_of(at)) += residual / prior_->variance;
+    add_scalar(at, at, 1.0 / prior_->variance);
+  }
+  return cost;
+}
+
+void BatchPorts::factorize() {
+  columns_.clear();
+  if (!hessian_.all_finite()) {
+    throw NotPositiveDefinite("information matrix of the survey", "a map or an estimate is not finite");
+  }
+  if (const std::optional<int> loose = hessian_.factorize()) {
+    throw NotPositiveDefinite("information matrix of the survey", name_of(*loose) + " is not held by any map");
+  }
+}
+
+void BatchPorts::settle() {
+  if (pattern_is_stale_) analyse();
+  cost_ = linearize();
+  if (hessian_.rows() == 0) return;
+  factorize();
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const Eigen::VectorXd step = hessian_.solve(-gradient_);
+    if (-0.5 * step.dot(gradient_) <= kTolerance + kRelativeDecrease * cost_) break;
+    const PortValues start = values_;
+    double scale = 1.0;
+    double cost = cost_;
+    for (int halving = 0; halving <= kMaxHalvings; ++halving, scale *= 0.5) {
+      values_ = start;
+      for (const Unknown& unknown : unknowns()) {
+        const int at = slot(unknown);
+        if (at < 0) continue;
+        const auto [first, count] = free_rows(unknown);
+        Eigen::VectorXd move = Eigen::VectorXd::Zero(rows_of(unknown.kind));
+        move.segment(first, count) = scale * step.segment(hessian_.row_of(at), count);
+        values_.move(unknown, move);
+      }
+      cost = linearize();
+      if (cost <= cost_ * (1.0 + kRelativeDecrease) + kTolerance) break;
+    }
+    factorize();
+    const double decrease = cost_ - cost;
+    cost_ = cost;
+    if (std::abs(decrease) <= kTolerance + kRelativeDecrease * cost_) break;
+  }
+}
+
+const Eigen::MatrixXd& BatchPorts::columns_of(const Unknown& unknown) const {
+  const auto found = columns_.find(unknown);
+  if (found != columns_.end()) return found->second;
+  const auto [first, count] = free_rows(unknown);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(hessian_.rows(), count);
+  unit.middleRows(hessian_.row_of(slot(unknown)), count).setIdentity();
+  return columns_.emplace(unknown, hessian_.solve(unit)).first->second;
+}
+
+Eigen::MatrixXd BatchPorts::covariance(const std::vector<Unknown>& unknowns) const {
+  std::vector<Eigen::Index> starts;
+  Eigen::Index size = 0;
+  for (const Unknown& unknown : unknowns) {
+    starts.push_back(size);
+    size += rows_of(unknown.kind);
+  }
+  Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t j = 0; j < unknowns.size(); ++j) {
+    if (is_fixed(unknowns[j])) continue;
+    const auto [first_j, count_j] = free_rows(unknowns[j]);
+    const Eigen::MatrixXd& columns = columns_of(unknowns[j]);
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      if (is_fixed(unknowns[i])) continue;
+      const auto [first_i, count_i] = free_rows(unknowns[i]);
+      joint.block(starts[i] + first_i, starts[j] + first_j, count_i, count_j) =
+          columns.middleRows(hessian_.row_of(slot(unknowns[i])), count_i);
+    }
+  }
+  return 0.5 * (joint + joint.transpose());
+}
+
+}  // namespace ssjs

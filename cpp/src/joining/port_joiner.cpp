@@ -1,0 +1,296 @@
+#include "ssjs/joining/port_joiner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "ssjs/base/angle.hpp"
+#include "ssjs/base/error.hpp"
+#include "ssjs/joining/batch_ports.hpp"
+#include "ssjs/joining/recursive_ports.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr double kReachSigmas = 3.0;
+
+/// The mean offset as an entry of the state, independent of all others (P-4).
+void insert_compass_mean(LevelledSubmap& submap) {
+  const CompassMean mean = *submap.compass_mean;
+  const Eigen::Index n = submap.mean.size();
+  const Eigen::Index at = LevelledSubmap::compass_offset();
+  const auto with_entry = [&](const auto& matrix) {
+    Eigen::MatrixXd wider = Eigen::MatrixXd::Zero(n + 1, n + 1);
+    for (Eigen::Index row = 0; row < n; ++row) {
+      for (Eigen::Index column = 0; column < n; ++column) {
+        wider(row + (row >= at ? 1 : 0), column + (column >= at ? 1 : 0)) = matrix(row, column);
+      }
+    }
+    return wider;
+  };
+  Eigen::VectorXd state(n + 1);
+  state << submap.mean.head(at), mean.offset_rad, submap.mean.tail(n - at);
+  submap.mean = state;
+  submap.covariance = with_entry(submap.covariance);
+  submap.covariance(at, at) = mean.variance;
+  submap.compass = CompassPorts::kConstant;
+  submap.compass_mean.reset();
+  for (LevelledStep& step : submap.steps) {
+    if (step.gain.cols() <= at) continue;
+    Eigen::Matrix<double, 6, Eigen::Dynamic> gain(6, step.gain.cols() + 1);
+    gain << step.gain.leftCols(at), Eigen::Matrix<double, 6, 1>::Zero(), step.gain.rightCols(step.gain.cols() - at);
+    step.gain = gain;
+  }
+}
+
+std::unique_ptr<PortLevel> make_level(const PortJoinerConfig& config) {
+  if (config.solver == PortSolver::kRecursive) return std::make_unique<RecursivePorts>(config.relinearize_heading_rad);
+  return std::make_unique<BatchPorts>();
+}
+
+void put(PortMap& map, const std::vector<Port>& ports) { map.ports.insert(map.ports.end(), ports.begin(), ports.end()); }
+
+std::string number(Eigen::Index value) { return std::to_string(value); }
+
+}  // namespace
+
+PortJoiner::PortJoiner(const PortJoinerConfig& config)
+    : config_(config),
+      association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_pairs},
+      level_(make_level(config)) {
+  if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
+    throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
+  }
+}
+
+void PortJoiner::check(const LevelledSubmap& submap) const {
+  const auto next = static_cast<int>(maps_.size());
+  if (submap.index != next) throw InvalidArgument("submap.index", submap.index, "the next map is number " + std::to_string(next));
+  const Eigen::Index n = submap.landmark_offset(submap.landmark_count());
+  if (submap.mean.size() != n || submap.covariance.rows() != n || submap.covariance.cols() != n) {
+    throw InvalidArgument(
+        "submap " + std::to_string(submap.index),
+        number(submap.mean.size()) + " entries, covariance " + number(submap.covariance.rows()) + " x " + number(submap.covariance.cols()),
+        "3 for the exit, the compass entries and 3 a landmark make " + number(n));
+  }
+  if (!submap.mean.allFinite() || !submap.covariance.allFinite()) {
+    throw InvalidArgument("submap " + std::to_string(submap.index), "not finite", "mean and covariance must be");
+  }
+  if (submap.compass_mean && (submap.compass != CompassPorts::kNone || !(submap.compass_mean->variance > 0.0))) {
+    throw InvalidArgument("compass_mean.variance", submap.compass_mean->variance, "must be positive, in a map without compass ports");
+  }
+  if (compass_ && (*compass_ != submap.compass || compass_is_mean_ != submap.compass_mean.has_value())) {
+    throw InvalidArgument("submap.compass", static_cast<int>(submap.compass), "must be the same in all maps of a survey");
+  }
+}
+
+bool PortJoiner::offset_is_shared() const { return !compass_is_mean_ || !(config_.offset_drift_rad_per_sqrt_s > 0.0); }
+
+int PortJoiner::offset_at_start(const PortMap& map) const {
+  if (map.submap.compass == CompassPorts::kBorders || !offset_is_shared()) return map.base();
+  return 0;
+}
+
+void PortJoiner::attach(PortMap& map) {
+  const int base = map.base();
+  std::vector<Port> fresh{{0, {UnknownKind::kBase, base + 1}}};
+  const Eigen::Index rows = map.submap.compass_rows();
+  if (rows > 0) {
+    const Port start{LevelledSubmap::compass_offset(), {UnknownKind::kOffset, offset_at_start(map)}};
+    if (base > 0) {
+      level_->tie(map, {start});
+      put(map, {start});
+    } else if (config_.north_offset_rad) {
+      const double sigma = config_.north_offset_sigma_rad;
+      level_->align_to_north(map, start.row, {wrap_angle(*config_.north_offset_rad), sigma * sigma});
+      put(map, {start});
+    } else {
+      fresh.push_back(start);
+    }
+    if (rows == 2) fresh.push_back({start.row + 1, {UnknownKind::kOffset, base + 1}});
+  } else if (base == 0 && config_.north_offset_rad) {
+    throw InvalidArgument("north_offset_rad", *config_.north_offset_rad, "the maps hold no compass: leave it out");
+  }
+  level_->introduce(map, fresh);
+  put(map, fresh);
+}
+
+JoinReport PortJoiner::take(LevelledSubmap submap) {
+  check(submap);
+  const int newest = submap.index;
+  compass_ = submap.compass;
+  compass_is_mean_ = submap.compass_mean.has_value();
+  if (compass_is_mean_) {
+    const double time_s = submap.compass_mean->time_s;
+    const double drift = config_.offset_drift_rad_per_sqrt_s;
+    if (newest > 0 && !offset_is_shared()) {
+      if (!(time_s > last_mean_time_s_)) throw InvalidArgument("compass_mean.time_s", time_s, "must be later than that of the map before");
+      level_->drift(newest - 1, drift * drift * (time_s - last_mean_time_s_));  // (P-4)
+    }
+    last_mean_time_s_ = time_s;
+    insert_compass_mean(submap);
+  }
+  Extent extent;
+  const Eigen::Index n = submap.landmark_count();
+  for (Eigen::Index i = 0; i < n; ++i) extent.centroid += submap.mean.segment<2>(submap.landmark_offset(i)) / static_cast<double>(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    extent.radius_m = std::max(extent.radius_m, (submap.mean.segment<2>(submap.landmark_offset(i)) - extent.centroid).norm());
+  }
+  extents_.push_back(extent);
+  maps_.push_back({std::move(submap), {}});
+  attach(maps_.back());
+  level_->settle();
+
+  JoinReport report;
+  if (config_.association == AssociationMethod::kKnown) {
+    const std::vector<Match> matches = match_by_identity(newest);
+    join(newest, matches);
+    return report;
+  }
+  const std::vector<int> others = maps_in_reach(newest);
+  report.append(pair_with(newest, others, false));
+  for (const int other : others) report.append(pair_with(other, {newest}, true));
+  return report;
+}
+
+std::vector<int> PortJoiner::maps_in_reach(int newest) const {
+  std::vector<int> others;
+  const Extent& own = extents_[static_cast<std::size_t>(newest)];
+  const PortMap& map = maps_[static_cast<std::size_t>(newest)];
+  if (map.submap.landmark_count() == 0) return others;
+  const Unknown own_base{UnknownKind::kBase, newest};
+  for (int k = 0; k < newest; ++k) {
+    const Extent& extent = extents_[static_cast<std::size_t>(k)];
+    if (maps_[static_cast<std::size_t>(k)].submap.landmark_count() == 0) continue;
+    const RelativePose tau = relative_pose(level_->values().base(k), level_->values().base(newest));
+    Eigen::Matrix<double, 2, 6> J;
+    const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, own.centroid);
+    J << J_tau * tau.J_i, J_tau * tau.J_j;
+    const Eigen::Matrix2d P = J * level_->covariance({{UnknownKind::kBase, k}, own_base}) * J.transpose();
+    const double gap_m = (tau.i_T_j * own.centroid - extent.centroid).norm() - own.radius_m - extent.radius_m;
+    if (gap_m <= kReachSigmas * largest_sigma(P)) others.push_back(k);  // (J-6)
+  }
+  return others;
+}
+
+std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
+  const PortMap& map = maps_[static_cast<std::size_t>(newest)];
+  std::vector<Match> matches;
+  std::set<std::int64_t> met;  // an identity twice in one map counts once
+  for (Eigen::Index i = 0; i < map.submap.landmark_count(); ++i) {
+    const std::optional<std::int64_t> id = map.submap.landmarks[static_cast<std::size_t>(i)].source_id;
+    if (!id || !met.insert(*id).second) continue;
+    const auto known = first_seen_.find(*id);
+    if (known != first_seen_.end() && known->second.map != &map) matches.push_back({i, known->second});
+  }
+  return matches;
+}
+
+double PortJoiner::density_around(int observer, const std::vector<Sighting>& predicted) const {
+  const Extent& extent = extents_[static_cast<std::size_t>(observer)];
+  const PortMap& map = maps_[static_cast<std::size_t>(observer)];
+  constexpr double kSmallestRadius_m = 10.0;
+  const double radius = std::max(extent.radius_m, kSmallestRadius_m);
+  const Eigen::Vector2d centre = level_->values().base(observer) * extent.centroid;
+  Eigen::Index near = 0;
+  for (const Sighting& sighting : predicted) {
+    const Eigen::Vector2d base_p = sighting.map->submap.mean.segment<2>(sighting.row());
+    if ((level_->values().base(sighting.map->base()) * base_p - centre).norm() <= radius) ++near;
+  }
+  return static_cast<double>(std::max(near, map.submap.landmark_count())) / (kPi * radius * radius);
+}
+
+JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, bool only_ports) {
+  JoinReport report;
+  const PortMap& map = maps_[static_cast<std::size_t>(observer)];
+  const auto holds = [&](const Unknown& port) {
+    return std::any_of(map.ports.begin(), map.ports.end(), [&](const Port& own) { return own.unknown == port; });
+  };
+  std::vector<Sighting> observed;
+  for (Eigen::Index i = 0; i < map.submap.landmark_count(); ++i) {
+    const Sighting own{&map, i};
+    if (!own.port()) observed.push_back(own);
+  }
+  std::vector<Sighting> predicted;
+  std::vector<Unknown> listed;  // ports, each to be met once
+  for (const int other : others) {
+    const PortMap& known = maps_[static_cast<std::size_t>(other)];
+    for (Eigen::Index i = 0; i < known.submap.landmark_count(); ++i) {
+      const Sighting sighting{&known, i};
+      const std::optional<Unknown> port = sighting.port();
+      if (port && (holds(*port) || std::find(listed.begin(), listed.end(), *port) != listed.end())) continue;
+      if (!port && only_ports) continue;
+      if (port) listed.push_back(*port);
+      predicted.push_back(sighting);
+    }
+  }
+  report.candidates = static_cast<int>(others.size());
+  const SightingPairs found = associate_sightings(observed, predicted, *level_, density_around(observer, predicted), association_);
+  report.budget_exhausted = found.budget_exhausted;
+  if (found.pairs.empty() && found.refused == 0) return report;
+
+  std::vector<Match> matches;
+  for (const Pair& pair : found.pairs) {
+    matches.push_back(
+        {observed[static_cast<std::size_t>(pair.observation)].landmark, predicted[static_cast<std::size_t>(pair.prediction)]});
+  }
+  LoopAttempt attempt;
+  attempt.time_s = map.submap.end_time_s;
+  attempt.from = observer;
+  attempt.to = matches.empty() ? others.front() : matches.front().other.map->base();
+  attempt.accepted = !matches.empty();
+  if (!attempt.accepted) attempt.reason = "chance explains the pairs";
+  attempt.pairs = static_cast<int>(matches.size());
+  attempt.chi_squared = found.joint_squared_distance;
+  attempt.dof = 2 * attempt.pairs;
+  attempt.sigma_m = found.sigma_m;
+  attempt.wrong_pairs = 0;
+  for (const Match& match : matches) {
+    const auto& own = map.submap.landmarks[static_cast<std::size_t>(match.own)].source_id;
+    const auto& other = match.other.map->submap.landmarks[static_cast<std::size_t>(match.other.landmark)].source_id;
+    if (!own || !other) {
+      attempt.wrong_pairs.reset();
+      break;
+    }
+    *attempt.wrong_pairs += *own != *other ? 1 : 0;
+  }
+  report.loops.push_back(attempt);
+  join(observer, matches);
+  return report;
+}
+
+void PortJoiner::join(int observer, const std::vector<Match>& matches) {
+  PortMap& map = maps_[static_cast<std::size_t>(observer)];
+  if (config_.association == AssociationMethod::kKnown) {
+    for (Eigen::Index i = 0; i < map.submap.landmark_count(); ++i) {
+      const auto& id = map.submap.landmarks[static_cast<std::size_t>(i)].source_id;
+      if (id) first_seen_.try_emplace(*id, Sighting{&map, i});
+    }
+  }
+  if (matches.empty()) return;
+  std::map<int, std::vector<Port>> promoted;  // by the map that saw them first: stacked, so that their cross terms are kept
+  for (const Match& match : matches) {
+    if (!match.other.port()) promoted[match.other.map->base()].push_back({match.other.row(), {UnknownKind::kLandmark, 0}});
+  }
+  for (auto& [base, ports] : promoted) {
+    for (Port& port : ports) port.unknown.index = landmark_ports_++;
+    level_->introduce(maps_[static_cast<std::size_t>(base)], ports);  // (P-7)
+    put(maps_[static_cast<std::size_t>(base)], ports);
+  }
+  std::vector<Port> tied;
+  for (const Match& match : matches) tied.push_back({map.submap.landmark_offset(match.own), *match.other.port()});
+  level_->tie(map, tied);  // (P-8)
+  put(map, tied);
+  level_->settle();
+}
+
+void PortJoiner::finish() { level_->adjust(); }
+
+GaussianSe2 PortJoiner::global_T_newest_base() const {
+  const auto newest = static_cast<int>(maps_.size());
+  return {level_->values().base(newest), level_->covariance({{UnknownKind::kBase, newest}})};
+}
+
+}  // namespace ssjs
