@@ -6,6 +6,7 @@
 #include <string>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/filter/whitening.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
 
 namespace ssjs {
@@ -234,23 +235,12 @@ UpdateResult Ekf::update(const std::vector<LinearObservation>& observations) {
     }
     S.block<2, 2>(j, j) += observations[static_cast<std::size_t>(j / 2)].R;
   }
-  // Lower Cholesky in place, S = L L', column by column; with it Y = P H' L^-T and the whitened innovation L^-1 nu.
   UpdateResult result{0.0, static_cast<int>(k)};
+  if (const auto failed = whiten(S, PHt, innovation_.head(k))) {
+    throw NotPositiveDefinite("innovation covariance",
+                              "landmark " + std::to_string(observations[static_cast<std::size_t>(*failed / 2)].landmark) + " of the map");
+  }
   for (Eigen::Index j = 0; j < k; ++j) {
-    for (Eigen::Index i = 0; i < j; ++i) {
-      const double L_ji = S(j, i);
-      S.col(j).tail(k - j) -= L_ji * S.col(i).tail(k - j);
-      PHt.col(j) -= L_ji * PHt.col(i);
-      innovation_(j) -= L_ji * innovation_(i);
-    }
-    if (!(S(j, j) > 0.0)) {
-      throw NotPositiveDefinite("innovation covariance",
-                                "landmark " + std::to_string(observations[static_cast<std::size_t>(j / 2)].landmark) + " of the map");
-    }
-    const double scale = 1.0 / std::sqrt(S(j, j));
-    S.col(j).tail(k - j) *= scale;
-    PHt.col(j) *= scale;
-    innovation_(j) *= scale;
     if (!std::isfinite(innovation_(j))) {
       const LinearObservation& z = observations[static_cast<std::size_t>(j / 2)];
       throw InvalidArgument("residual of landmark " + std::to_string(z.landmark) + " of the map", z.residual(j % 2), "must be finite");

@@ -9,59 +9,10 @@
 #include "ssjs/base/random.hpp"
 #include "ssjs/geometry/point_grid.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
+#include "ssjs/simulation/route.hpp"
 
 namespace ssjs {
 namespace {
-
-/// A polyline by arc length, m.
-class Route {
- public:
-  explicit Route(const std::vector<Eigen::Vector2d>& waypoints) : points_(waypoints), start_m_(1, 0.0) {
-    if (points_.size() < 2) throw InvalidArgument("World.waypoints", std::to_string(points_.size()) + " points", "a path needs at least 2");
-    for (std::size_t i = 1; i < points_.size(); ++i) {
-      const double length_m = (points_[i] - points_[i - 1]).norm();
-      if (!(length_m > 0.0) || !std::isfinite(length_m)) {
-        throw InvalidArgument("World.waypoints[" + std::to_string(i) + "]", length_m, "must be finite and differ from the point before");
-      }
-      start_m_.push_back(start_m_.back() + length_m);
-    }
-  }
-
-  [[nodiscard]] double length_m() const { return start_m_.back(); }
-
-  /// The path goes straight on beyond its end.
-  [[nodiscard]] Eigen::Vector2d at(double arc_m) const {
-    const std::size_t i = segment_at(arc_m);
-    return points_[i] + (arc_m - start_m_[i]) * direction(i);
-  }
-
-  /// Arc length of the point nearest to p among those from arc_m to arc_m + window_m.
-  [[nodiscard]] double nearest_ahead(const Eigen::Vector2d& p, double arc_m, double window_m) const {
-    double nearest_m = arc_m;
-    double least = (at(arc_m) - p).squaredNorm();
-    const double window_end_m = std::min(arc_m + window_m, length_m());
-    for (std::size_t i = segment_at(arc_m); i + 1 < points_.size() && start_m_[i] < window_end_m; ++i) {
-      const double along_m = start_m_[i] + direction(i).dot(p - points_[i]);
-      const double clamped_m = std::clamp(along_m, std::max(start_m_[i], arc_m), std::max(std::min(start_m_[i + 1], window_end_m), arc_m));
-      const double squared = (at(clamped_m) - p).squaredNorm();
-      if (squared < least) {
-        least = squared;
-        nearest_m = clamped_m;
-      }
-    }
-    return nearest_m;
-  }
-
- private:
-  [[nodiscard]] std::size_t segment_at(double arc_m) const {
-    const std::size_t after = static_cast<std::size_t>(std::upper_bound(start_m_.begin(), start_m_.end(), arc_m) - start_m_.begin());
-    return std::clamp<std::size_t>(after, 1, points_.size() - 1) - 1;
-  }
-  [[nodiscard]] Eigen::Vector2d direction(std::size_t i) const { return (points_[i + 1] - points_[i]) / (start_m_[i + 1] - start_m_[i]); }
-
-  std::vector<Eigen::Vector2d> points_;
-  std::vector<double> start_m_;  ///< arc length at each point
-};
 
 /// Steers the reference point onto a point of the route ahead of it.
 class Pursuit {

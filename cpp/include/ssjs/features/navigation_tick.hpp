@@ -1,0 +1,24 @@
+/// All samples that an underwater vehicle took at one time, of whichever sensors spoke.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "ssjs/sensors/navigation_sensors.hpp"
+#include "ssjs/sensors/side_scan.hpp"
+
+namespace ssjs {
+
+/// Sensors are asynchronous: a tick may hold a single sample, and ticks come at any times that do not decrease.
+struct NavigationTick {
+  double time_s = 0.0;
+  std::optional<Eigen::Vector3d> gyro_rad_s;  ///< body rates; hold from this time until the next gyro sample
+  std::optional<Eigen::Vector2d> roll_pitch_rad;
+  std::optional<double> compass_rad;
+  std::optional<double> depth_m;
+  std::optional<double> altitude_m;
+  std::optional<VelocitySample> velocity;
+  SideScanSightings sightings;
+};
+
+}  // namespace ssjs

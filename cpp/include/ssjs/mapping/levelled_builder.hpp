@@ -1,0 +1,94 @@
+/// Builds one levelled map of an underwater vehicle after the other from asynchronous navigation samples and side-scan sightings.
+/// docs/math/auv.md (A-15..A-19).
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ssjs/features/navigation_tick.hpp"
+#include "ssjs/filter/levelled_filter.hpp"
+#include "ssjs/mapping/levelled_config.hpp"
+#include "ssjs/mapping/levelled_journal.hpp"
+#include "ssjs/mapping/levelled_submap.hpp"
+#include "ssjs/mapping/sighting_association.hpp"
+
+namespace ssjs {
+
+enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan };
+inline constexpr std::size_t kNavigationSensors = 6;
+
+/// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter.
+struct SensorStatistics {
+  int used = 0;
+  int refused = 0;  ///< outside the gate; a velocity log without bottom lock is neither
+  double nis_sum = 0.0;
+  int dof = 0;
+};
+
+struct TickResult {
+  UpdateResult update;                   ///< of all rows of the tick together; no rows: 0 of 0
+  int refused = 0;                       ///< samples outside their gates
+  int paired = 0, added = 0;             ///< sightings
+  int wrong_pairs = 0;                   ///< pairs whose source identities differ, where both are known
+  std::optional<LevelledSubmap> closed;  ///< the map that this tick finished; its samples are the new one's
+};
+
+class LevelledBuilder {
+ public:
+  /// Throws InvalidArgument listing every violation of the configuration.
+  explicit LevelledBuilder(const LevelledBuilderConfig& config);
+  LevelledBuilder(const LevelledBuilder&) = delete;  // the filter reports to the journal beside it
+  LevelledBuilder& operator=(const LevelledBuilder&) = delete;
+  ~LevelledBuilder() = default;
+
+  /// The first tick starts the first map. Throws InvalidArgument for a time before the last one or a sample that is not finite.
+  TickResult feed(const NavigationTick& tick);
+
+  /// Finishes the present map as it is, at the end of a mission. Nothing before the first tick.
+  [[nodiscard]] std::optional<LevelledSubmap> finish(const std::string& reason);
+
+  [[nodiscard]] int index() const { return index_; }
+  [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
+  [[nodiscard]] double time_s() const { return time_s_; }
+  [[nodiscard]] bool offset_known() const { return offset_known_; }  ///< the compass has spoken in this map
+  [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
+
+ private:
+  /// The samples of one tick as rows, each through its gate.
+  struct GatedRows {
+    std::vector<StateRows> rows;
+    std::vector<NavigationSensor> sensors;  ///< of each block of rows
+    std::vector<double> distances;          ///< normalised innovation squared of each block
+    std::vector<NavigationSensor> refused;
+    bool velocity_valid = false;
+  };
+
+  void start(const NavigationTick& tick);
+  void predict_to(double time_s);
+  [[nodiscard]] GatedRows gated_rows(const NavigationTick& tick, bool gates) const;
+  void introduce_offset(double compass_rad);
+  void add_to_mean(double time_s, double compass_rad);
+  void use(const NavigationTick& tick, GatedRows gated, const SightingAssociation& association, TickResult& result);
+  [[nodiscard]] std::optional<std::string> reason_to_close_map(int new_landmarks) const;
+  [[nodiscard]] LevelledSubmap close(const std::string& reason);
+
+  LevelledBuilderConfig config_;
+  LevelledFilter filter_;
+  LevelledJournal journal_;
+  std::vector<MapLandmark> landmarks_;
+  std::array<SensorStatistics, kNavigationSensors> statistics_{};
+  std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds
+  int index_ = 0;
+  bool started_ = false;
+  double start_time_s_ = 0.0, time_s_ = 0.0;
+  double last_step_s_ = 0.0;
+  double distance_m_ = 0.0;
+  bool offset_known_ = false;
+  // compass kept out of the filter
+  int mean_samples_ = 0;
+  double mean_reference_rad_ = 0.0, mean_sum_rad_ = 0.0, mean_first_s_ = 0.0, mean_last_s_ = 0.0;
+};
+
+}  // namespace ssjs

@@ -1,0 +1,45 @@
+/// Remembers what the filter of a levelled map did, so that past poses can be conditioned on the exit of the map: the recursion of
+/// TrajectoryJournal with full blocks for the vehicle. docs/math/submaps.md (C-3, C-4), auv.md.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ssjs/filter/levelled_filter.hpp"
+#include "ssjs/mapping/levelled_submap.hpp"
+
+namespace ssjs {
+
+class LevelledJournal final : public LevelledFilterWatcher {
+ public:
+  void clear();
+
+  void on_predict(const VehicleMatrix& F) override;
+  void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+                 const Eigen::Ref<const Eigen::MatrixXd>& L) override;
+  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override;
+
+  /// The present pose becomes a step of the trajectory.
+  void step(double time_s, const LevelledFilter& filter);
+
+  /// Hands the steps over with their gain on these entries of the filter's present state. The journal is empty then.
+  [[nodiscard]] std::vector<LevelledStep> take_steps(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit);
+
+ private:
+  enum class Kind { kStep, kUpdate, kAdd };
+  struct Entry {
+    Kind kind = Kind::kStep;
+    VehicleMatrix F;                                           ///< of the motion since the entry before
+    Eigen::MatrixXd Y, L;                                      ///< kUpdate; kStep: Y = P(pose, all)
+    std::vector<StateRows> rows;                               ///< kUpdate
+    Eigen::Matrix<double, 3, VehicleLayout::kSize> J_vehicle;  ///< kAdd
+  };
+
+  Entry& push(Kind kind);
+
+  std::vector<Entry> entries_;
+  std::vector<LevelledStep> steps_;
+  VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry
+};
+
+}  // namespace ssjs

@@ -1,0 +1,144 @@
+/// A survey by an underwater vehicle with side-scan sonar: what its navigation sensors and a perfect detector say, and the truth.
+/// docs/math/auv.md (A-20..A-23).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "ssjs/base/config_field.hpp"
+#include "ssjs/features/navigation_tick.hpp"
+#include "ssjs/sensors/constant_velocity.hpp"
+
+namespace ssjs {
+
+/// Points on the seabed and the lines over it, m, x north, y east, z depth.
+struct SurveyWorld {
+  Eigen::Matrix3Xd landmarks_m;            ///< 3xn
+  std::vector<std::int64_t> ids;           ///< n
+  std::vector<Eigen::Vector2d> waypoints;  ///< the vehicle starts at the first, heading to the second
+};
+
+/// `count` points (at least 0) spread evenly over a rectangle about the lines.
+struct SurveyWorldConfig {
+  int lines = 5;
+  double line_length_m = 120.0;
+  double line_spacing_m = 20.0;
+  int cross_lines = 3;
+  double cross_margin_m = 10.0;  ///< cross lines begin and end so far outside the lines
+  int landmarks = 60;
+  double landmark_margin_m = 25.0;  ///< landmarks lie up to so far outside the lines
+  double seabed_depth_m = 16.0;
+  double landmark_height_sigma_m = 0.2;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.field("lines", lines, Rule::at_least(1), "parallel lines, to and fro");
+    v.field("line_length_m", line_length_m, Rule::positive(), "length of a line");
+    v.field("line_spacing_m", line_spacing_m, Rule::positive(), "between two lines");
+    v.field("cross_lines", cross_lines, Rule::not_negative(), "lines across them, afterwards");
+    v.field("cross_margin_m", cross_margin_m, Rule::not_negative(), "cross lines begin and end so far outside the lines");
+    v.field("landmarks", landmarks, Rule::not_negative(), "points on the seabed");
+    v.field("landmark_margin_m", landmark_margin_m, Rule::not_negative(), "landmarks lie up to so far outside the lines");
+    v.field("seabed_depth_m", seabed_depth_m, Rule::positive(), "mean depth of the seabed");
+    v.field("landmark_height_sigma_m", landmark_height_sigma_m, Rule::not_negative(), "landmarks above and below the mean seabed");
+  }
+};
+
+/// The first line starts at the origin and heads north. The seed places the landmarks.
+[[nodiscard]] SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed);
+
+/// A time during which a sensor gives nothing.
+struct Outage {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+};
+
+/// Noises are those of the sensor configurations: a filter with the same ones has the right model.
+struct AuvSimulationConfig {
+  ConstantVelocityConfig motion;  ///< noise of the gyro; walks of velocity, seabed and compass offset
+  AttitudeConfig attitude;
+  CompassConfig compass;
+  DepthConfig depth;
+  AltitudeConfig altitude;
+  VelocityLogConfig velocity_log;
+  SideScanConfig side_scan;
+  double step_s = 0.1;         ///< gyro and truth
+  int steps_per_attitude = 1;  ///< roll, pitch
+  int steps_per_compass = 1;
+  int steps_per_depth = 1;
+  int steps_per_velocity = 2;
+  int steps_per_altitude = 2;
+  int phase_steps = 0;  ///< altitude, depth and compass come so many steps after the velocity log
+  double speed_m_s = 1.5;
+  double depth_m = 12.0;
+  double velocity_time_constant_s = 20.0;  ///< the velocity's walk is pulled back to the speed within about this
+  double seabed_time_constant_s = 60.0;    ///< the same for the seabed's depth
+  double compass_offset_rad = 0.7;         ///< at the start; walks with motion.compass_walk_rad_sqrt_s
+  double compass_deviation_rad = 0.0;      ///< amplitude of an error that goes with the sine of the heading
+  Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
+  double velocity_loss_fraction = 0.05;  ///< single samples of the velocity log without bottom lock
+  double velocity_gap_s = 5.0;           ///< now and then it loses the bottom for so long ...
+  double velocity_gap_every_s = 120.0;   ///< ... after exponential times of this mean
+  std::vector<Outage> velocity_outages;  ///< and at these times
+  double sample_loss_fraction = 0.0;     ///< of attitude, compass, depth and altitude samples, each by itself
+  double min_across_m = 3.0;             ///< the swath on each side
+  double max_across_m = 30.0;
+  double max_turn_rate_rad_s = 0.0349066;        ///< no side-scan while the vehicle turns faster: images are smeared
+  double turn_rate_rad_s = 0.13962634015954636;  ///< of the vehicle in its turns, at most
+  double lookahead_m = 12.0;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.section("motion", motion, "noise of the gyro; walks of velocity, seabed and compass offset");
+    v.section("attitude", attitude, "roll and pitch");
+    v.section("compass", compass, "heading");
+    v.section("depth", depth, "pressure depth");
+    v.section("altitude", altitude, "height above the seabed");
+    v.section("velocity_log", velocity_log, "Doppler velocity log");
+    v.section("side_scan", side_scan, "sightings");
+    v.field("step_s", step_s, Rule::positive(), "time between two gyro samples");
+    v.field("steps_per_attitude", steps_per_attitude, Rule::at_least(1), "a sample every so many steps");
+    v.field("steps_per_compass", steps_per_compass, Rule::at_least(1), "a sample every so many steps");
+    v.field("steps_per_depth", steps_per_depth, Rule::at_least(1), "a sample every so many steps");
+    v.field("steps_per_velocity", steps_per_velocity, Rule::at_least(1), "a sample every so many steps");
+    v.field("steps_per_altitude", steps_per_altitude, Rule::at_least(1), "a sample every so many steps");
+    v.field("phase_steps", phase_steps, Rule::not_negative(), "altitude, depth and compass come so many steps after the velocity log");
+    v.field("speed_m_s", speed_m_s, Rule::positive(), "through the survey");
+    v.field("depth_m", depth_m, Rule::not_negative(), "of the vehicle");
+    v.field("velocity_time_constant_s", velocity_time_constant_s, Rule::positive(), "the velocity returns to the speed within about this");
+    v.field("seabed_time_constant_s", seabed_time_constant_s, Rule::positive(), "the seabed returns to its mean depth within about this");
+    v.field("compass_offset_rad", compass_offset_rad, Rule::any(), "reading minus heading at the start");
+    v.field("compass_deviation_rad", compass_deviation_rad, Rule::not_negative(), "amplitude of an error with the sine of the heading");
+    v.field("velocity_loss_fraction", velocity_loss_fraction, Rule{0, 1, false, true}, "samples of the velocity log without bottom lock");
+    v.field("velocity_gap_s", velocity_gap_s, Rule::not_negative(), "now and then the velocity log loses the bottom for so long");
+    v.field("velocity_gap_every_s", velocity_gap_every_s, Rule::positive(), "mean time between two such gaps");
+    v.field("sample_loss_fraction", sample_loss_fraction, Rule{0, 1, false, true}, "lost samples of the other sensors");
+    v.field("min_across_m", min_across_m, Rule::not_negative(), "nearest horizontal distance of the swath");
+    v.field("max_across_m", max_across_m, Rule::positive(), "farthest horizontal distance of the swath");
+    v.field("max_turn_rate_rad_s", max_turn_rate_rad_s, Rule::positive(), "no side-scan while the vehicle turns faster");
+    v.field("turn_rate_rad_s", turn_rate_rad_s, Rule::positive(), "of the vehicle in its turns, at most");
+    v.field("lookahead_m", lookahead_m, Rule::positive(), "the vehicle aims at the point of the path so far ahead");
+  }
+};
+
+/// The truth at one tick; world = the frame of the SurveyWorld.
+struct AuvTruth {
+  double time_s = 0.0;
+  Se3 world_T_vehicle;
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< body axes
+  Eigen::Vector3d rates_rad_s = Eigen::Vector3d::Zero();   ///< body axes, from this tick to the next
+  double seabed_m = 0.0;                                   ///< depth under the vehicle
+  double compass_offset_rad = 0.0;                         ///< reading without noise minus heading in the world
+};
+
+struct SimulatedSurvey {
+  std::vector<NavigationTick> ticks;
+  std::vector<AuvTruth> truth;  ///< of each tick
+  SurveyWorld world;
+};
+
+/// Drives the lines once. Streams of the seed: "gyro", "attitude", "compass", "depth", "altitude", "velocity", "side scan" (measurements),
+/// "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss" (which samples are missing). Throws
+/// InvalidArgument for a configuration out of its rules or a path that cannot be driven.
+[[nodiscard]] SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed);
+
+}  // namespace ssjs

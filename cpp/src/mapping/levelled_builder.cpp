@@ -1,0 +1,263 @@
+#include "ssjs/mapping/levelled_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "ssjs/base/chi_squared.hpp"
+#include "ssjs/base/error.hpp"
+
+namespace ssjs {
+namespace {
+
+using Layout = VehicleLayout;
+
+constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map does
+
+double squared(double x) { return x * x; }
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+const LevelledBuilderConfig& checked(const LevelledBuilderConfig& config) {
+  throw_if_any(violations(config));
+  return config;
+}
+
+}  // namespace
+
+LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config) : config_(checked(config)), filter_(kInitialCapacity) {
+  filter_.watch(&journal_);
+}
+
+TickResult LevelledBuilder::feed(const NavigationTick& tick) {
+  if (!std::isfinite(tick.time_s) || (started_ && tick.time_s < time_s_)) {
+    throw InvalidArgument("NavigationTick.time_s", tick.time_s, "must be finite and not before the tick before it");
+  }
+  if (tick.gyro_rad_s && !tick.gyro_rad_s->allFinite()) throw InvalidArgument("NavigationTick.gyro_rad_s", "not finite", "must be finite");
+  TickResult result;
+  if (!started_) {
+    start(tick);
+    SightingAssociation all_new;
+    for (std::size_t i = 0; i < tick.sightings.size(); ++i) all_new.fresh.push_back(static_cast<Eigen::Index>(i));
+    use(tick, gated_rows(tick, false), all_new, result);
+    return result;
+  }
+  predict_to(tick.time_s);
+  GatedRows gated = gated_rows(tick, true);
+  SightingAssociation association = associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association);
+  if (gated.velocity_valid && gated.refused.empty()) {
+    if (const auto reason =
+            reason_to_close_map(static_cast<int>(association.fresh.size()))) {  // its samples are the new map's alone
+      result.closed = close(*reason);
+      start(tick);
+      association = {};
+      for (std::size_t i = 0; i < tick.sightings.size(); ++i) association.fresh.push_back(static_cast<Eigen::Index>(i));
+      gated = gated_rows(tick, false);
+    }
+  }
+  use(tick, std::move(gated), association, result);
+  return result;
+}
+
+void LevelledBuilder::start(const NavigationTick& tick) {
+  const LevelledStartConfig& config = config_.start;
+  // linearisation points of what this tick may not measure; wide, so that nothing of the map before is carried over
+  const VehicleVector before = started_ ? filter_.vehicle() : VehicleVector(VehicleVector::Zero());
+  VehicleVector x = VehicleVector::Zero();
+  x(Layout::kPosition + 2) = before(Layout::kPosition + 2);
+  x(Layout::kAttitude) = before(Layout::kAttitude);
+  x(Layout::kAttitude + 1) = before(Layout::kAttitude + 1);
+  x(Layout::kVelocity) = config.speed_m_s;
+  x(Layout::kSeabed) = x(Layout::kPosition + 2) + config.altitude_m;
+  VehicleMatrix P = VehicleMatrix::Zero();
+  const double depth_variance = squared(config.depth_sigma_m);
+  P(Layout::kPosition + 2, Layout::kPosition + 2) = depth_variance;
+  P(Layout::kAttitude, Layout::kAttitude) = P(Layout::kAttitude + 1, Layout::kAttitude + 1) = squared(config.tilt_sigma_rad);
+  P.block<3, 3>(Layout::kVelocity, Layout::kVelocity).diagonal().setConstant(squared(config.speed_sigma_m_s));
+  P(Layout::kSeabed, Layout::kSeabed) = depth_variance + squared(config.altitude_sigma_m);
+  P(Layout::kSeabed, Layout::kPosition + 2) = P(Layout::kPosition + 2, Layout::kSeabed) = depth_variance;
+  if (config_.motion.drive == RotationDrive::kRates) {
+    P.block<3, 3>(Layout::kRates, Layout::kRates).diagonal().setConstant(squared(config.rates_sigma_rad_s));
+  }
+  filter_.reset(x, P);
+  journal_.clear();
+  landmarks_.clear();
+  start_time_s_ = time_s_ = tick.time_s;
+  last_step_s_ = tick.time_s - 2.0 * config_.trajectory_interval_s;
+  distance_m_ = 0.0;
+  offset_known_ = false;
+  mean_samples_ = 0;
+  started_ = true;
+}
+
+void LevelledBuilder::predict_to(double time_s) {
+  const double gap_s = time_s - time_s_;
+  if (!(gap_s > 0.0)) return;
+  const double steps = std::ceil(gap_s / config_.max_step_s * (1.0 - 1e-9));
+  for (int i = 0; i < static_cast<int>(steps); ++i) {
+    const VehiclePrediction motion =
+        predict_constant_velocity(filter_.vehicle(), gyro_rad_s_.value_or(Eigen::Vector3d::Zero()), gap_s / steps, config_.motion);
+    distance_m_ += (motion.state - filter_.vehicle()).segment<2>(Layout::kPosition).norm();
+    filter_.predict(motion);
+  }
+  time_s_ = time_s;
+}
+
+LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tick, bool gates) const {
+  GatedRows gated;
+  const VehicleVector x = filter_.vehicle();
+  const auto offer = [&](NavigationSensor sensor, const VehicleRows& vehicle, double gate_probability) {
+    StateRows rows{vehicle};
+    const double distance = filter_.squared_distance(rows);
+    if (gates && !(distance <= chi_squared_quantile(gate_probability, static_cast<double>(rows.rows())))) {
+      gated.refused.push_back(sensor);
+      return false;
+    }
+    gated.rows.push_back(std::move(rows));
+    gated.sensors.push_back(sensor);
+    gated.distances.push_back(distance);
+    return true;
+  };
+  if (tick.roll_pitch_rad)
+    offer(NavigationSensor::kAttitude, attitude_rows(x, *tick.roll_pitch_rad, config_.attitude), config_.attitude.gate_probability);
+  if (tick.compass_rad && config_.compass_use == CompassUse::kFilter && offset_known_) {
+    offer(NavigationSensor::kCompass, compass_rows(x, *tick.compass_rad, config_.compass), config_.compass.gate_probability);
+  }
+  if (tick.depth_m) offer(NavigationSensor::kDepth, depth_rows(x, *tick.depth_m, config_.depth), config_.depth.gate_probability);
+  if (tick.velocity && tick.velocity->bottom_lock) {
+    const bool rates_are_states = config_.motion.drive == RotationDrive::kRates;
+    std::optional<Eigen::Vector3d> rates;
+    if (!rates_are_states) rates = tick.gyro_rad_s ? *tick.gyro_rad_s : gyro_rad_s_.value_or(Eigen::Vector3d::Zero());
+    gated.velocity_valid = offer(NavigationSensor::kVelocityLog, velocity_log_rows(x, *tick.velocity, rates, config_.velocity_log),
+                                 config_.velocity_log.gate_probability);
+  }
+  if (tick.altitude_m)
+    offer(NavigationSensor::kAltitude, altitude_rows(x, *tick.altitude_m, config_.altitude), config_.altitude.gate_probability);
+  return gated;
+}
+
+void LevelledBuilder::introduce_offset(double compass_rad) {
+  const VehicleVector x = filter_.vehicle();
+  // c = reading - yaw, whatever was there before; c_s = c less the drift since the map started
+  VehiclePrediction now{x, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+  now.state(Layout::kCompassOffset) = wrap_angle(compass_rad - x(Layout::kAttitude + 2));
+  now.F.row(Layout::kCompassOffset).setZero();
+  now.F(Layout::kCompassOffset, Layout::kAttitude + 2) = -1.0;
+  now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.compass.sigma_rad);
+  filter_.predict(now);
+  VehiclePrediction at_start{now.state, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+  at_start.state(Layout::kStartOffset) = now.state(Layout::kCompassOffset);
+  at_start.F.row(Layout::kStartOffset).setZero();
+  at_start.F(Layout::kStartOffset, Layout::kCompassOffset) = 1.0;
+  at_start.Q(Layout::kStartOffset, Layout::kStartOffset) = squared(config_.motion.compass_walk_rad_sqrt_s) * (time_s_ - start_time_s_);
+  filter_.predict(at_start);
+  offset_known_ = true;
+}
+
+void LevelledBuilder::add_to_mean(double time_s, double compass_rad) {
+  const double offset = compass_rad - filter_.vehicle()(Layout::kAttitude + 2);
+  if (mean_samples_ == 0) {
+    mean_reference_rad_ = wrap_angle(offset);
+    mean_sum_rad_ = 0.0;
+    mean_first_s_ = time_s;
+  }
+  mean_sum_rad_ += angle_difference(offset, mean_reference_rad_);
+  mean_last_s_ = time_s;
+  ++mean_samples_;
+}
+
+void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const SightingAssociation& association, TickResult& result) {
+  if (tick.compass_rad && !std::isfinite(*tick.compass_rad))
+    throw InvalidArgument("NavigationTick.compass_rad", *tick.compass_rad, "must be finite");
+  const VehicleVector x = filter_.vehicle();
+  for (const Pair& pair : association.pairs) {
+    const SideScanRows rows =
+        side_scan_rows(x, tick.sightings[at(pair.observation)], filter_.landmark_position(pair.prediction), config_.side_scan);
+    StateRows block{rows.vehicle, pair.prediction, rows.H_landmark};
+    gated.distances.push_back(filter_.squared_distance(block));
+    gated.sensors.push_back(NavigationSensor::kSideScan);
+    gated.rows.push_back(std::move(block));
+    ++landmarks_[at(pair.prediction)].times_seen;
+  }
+  const bool starts = time_s_ == start_time_s_ && landmarks_.empty();  // against a prior that is wide on purpose: no statistics
+  for (std::size_t i = 0; i < gated.rows.size() && !starts; ++i) {
+    SensorStatistics& of_sensor = statistics_[static_cast<std::size_t>(gated.sensors[i])];
+    ++of_sensor.used;
+    of_sensor.nis_sum += gated.distances[i];
+    of_sensor.dof += static_cast<int>(gated.rows[i].rows());
+  }
+  for (const NavigationSensor sensor : gated.refused) ++statistics_[static_cast<std::size_t>(sensor)].refused;
+  result.refused = static_cast<int>(gated.refused.size());
+  result.update = filter_.update(gated.rows);
+  if (tick.compass_rad && config_.compass_use == CompassUse::kFilter && !offset_known_) introduce_offset(*tick.compass_rad);
+  if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
+  for (const Eigen::Index i : association.fresh) {
+    const SideScanSighting& sighting = tick.sightings[at(i)];
+    const std::optional<SideScanLandmark> landmark = landmark_from_side_scan(filter_.vehicle(), sighting, config_.side_scan);
+    if (!landmark) continue;
+    filter_.add_landmark(*landmark);
+    landmarks_.push_back({1, sighting.landmark_id, {static_cast<std::int64_t>(landmarks_.size())}});
+    ++result.added;
+  }
+  result.paired = static_cast<int>(association.pairs.size());
+  result.wrong_pairs = association.wrong_pairs;
+  if (tick.gyro_rad_s) gyro_rad_s_ = tick.gyro_rad_s;
+  if (tick.time_s - last_step_s_ >= config_.trajectory_interval_s * (1.0 - 1e-9)) {
+    journal_.step(tick.time_s, filter_);
+    last_step_s_ = tick.time_s;
+  }
+}
+
+std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmarks) const {
+  SplitSituation now;
+  now.landmarks = static_cast<int>(landmarks_.size());
+  now.new_landmarks = new_landmarks;
+  const VehicleVector x = filter_.vehicle();
+  const VehicleMatrix P = filter_.vehicle_covariance();
+  const std::vector<Eigen::Index> planar{0, 1, 5};
+  now.submap_T_vehicle = {Se2::from_vector(x(planar)), P(planar, planar)};
+  now.distance_m = distance_m_;
+  now.duration_s = time_s_ - start_time_s_;
+  if (auto reason = reason_to_close(now, config_.split.policy)) return reason;
+  if (distance_m_ > config_.split.longest_m) return "distance";
+  return std::nullopt;
+}
+
+std::optional<LevelledSubmap> LevelledBuilder::finish(const std::string& reason) {
+  if (!started_) return std::nullopt;
+  LevelledSubmap last = close(reason);
+  started_ = false;
+  return last;
+}
+
+LevelledSubmap LevelledBuilder::close(const std::string& reason) {
+  LevelledSubmap map;
+  map.index = index_++;
+  map.start_time_s = start_time_s_;
+  map.end_time_s = time_s_;
+  map.closed_because = reason;
+  std::vector<Eigen::Index> kept{Layout::kPosition, Layout::kPosition + 1, Layout::kAttitude + 2};
+  if (offset_known_) {
+    const bool drifts = config_.motion.compass_walk_rad_sqrt_s > 0.0;
+    map.compass = drifts ? CompassPorts::kBorders : CompassPorts::kConstant;
+    if (drifts) kept.push_back(Layout::kStartOffset);
+    kept.push_back(Layout::kCompassOffset);
+  } else if (mean_samples_ > 0) {
+    const double duration_s = map.end_time_s - map.start_time_s;
+    CompassMean mean;
+    mean.offset_rad = wrap_angle(mean_reference_rad_ + mean_sum_rad_ / mean_samples_);
+    const double gyro_walk = squared(config_.motion.gyro_sigma_rad_s) * config_.motion.gyro_step_s;
+    mean.variance = squared(config_.compass.sigma_rad) / mean_samples_ +
+                    (gyro_walk + squared(config_.motion.compass_walk_rad_sqrt_s)) * duration_s / 3.0;
+    mean.time_s = 0.5 * (mean_first_s_ + mean_last_s_);
+    map.compass_mean = mean;
+  }
+  map.steps = journal_.take_steps(filter_, kept);
+  for (Eigen::Index i = LevelledFilter::kVehicle; i < filter_.size(); ++i) kept.push_back(i);
+  map.mean = filter_.mean()(kept);
+  map.covariance = filter_.covariance()(kept, kept);
+  map.landmarks = std::move(landmarks_);
+  landmarks_.clear();
+  return map;
+}
+
+}  // namespace ssjs

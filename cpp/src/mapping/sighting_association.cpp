@@ -1,0 +1,113 @@
+#include "ssjs/mapping/sighting_association.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "ssjs/association/joint_compatibility.hpp"
+#include "ssjs/association/nearest_neighbour.hpp"
+#include "ssjs/base/chi_squared.hpp"
+
+namespace ssjs {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+StateRows rows_of(const SideScanSighting& sighting, Eigen::Index landmark, const LevelledFilter& filter, const SideScanConfig& side_scan) {
+  const SideScanRows rows = side_scan_rows(filter.vehicle(), sighting, filter.landmark_position(landmark), side_scan);
+  return {rows.vehicle, landmark, rows.H_landmark};
+}
+
+/// The same identity twice in one ping: the second is neither paired nor new.
+bool named_before(const SideScanSightings& sightings, std::size_t i) {
+  return std::any_of(sightings.begin(), sightings.begin() + static_cast<std::ptrdiff_t>(i),
+                     [&](const SideScanSighting& earlier) { return earlier.landmark_id == sightings[i].landmark_id; });
+}
+
+SightingAssociation by_identity(const SideScanSightings& sightings, const LevelledFilter& filter, const std::vector<MapLandmark>& landmarks,
+                                const SideScanConfig& side_scan) {
+  SightingAssociation answer;
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if (!sightings[i].landmark_id || named_before(sightings, i)) continue;
+    const auto same = [&](const MapLandmark& landmark) { return landmark.source_id == sightings[i].landmark_id; };
+    const auto found = std::find_if(landmarks.begin(), landmarks.end(), same);
+    const auto sighting = static_cast<Eigen::Index>(i);
+    if (found == landmarks.end()) {
+      answer.fresh.push_back(sighting);
+      continue;
+    }
+    const StateRows rows = rows_of(sightings[i], found - landmarks.begin(), filter, side_scan);
+    const double gate = chi_squared_quantile(side_scan.gate_probability, static_cast<double>(rows.rows()));
+    if (filter.squared_distance(rows) <= gate) answer.pairs.push_back({sighting, found - landmarks.begin()});
+  }
+  return answer;
+}
+
+}  // namespace
+
+SightingAssociation associate_sightings(const SideScanSightings& sightings, const LevelledFilter& filter,
+                                        const std::vector<MapLandmark>& landmarks, const SideScanConfig& side_scan,
+                                        const ScanAssociationConfig& config) {
+  if (config.method == AssociationMethod::kKnown) return by_identity(sightings, filter, landmarks, side_scan);
+  SightingAssociation answer;
+  if (sightings.empty()) return answer;
+  const auto m = static_cast<Eigen::Index>(sightings.size());
+  const Eigen::Index n = filter.landmarks();
+  PairingProblem problem;
+  problem.observed.resize(2 * m);
+  problem.observed_covariance.setZero(2 * m, 2 * m);
+  problem.predicted.resize(2 * n);
+  problem.predicted_covariance.resize(2 * n, 2 * n);
+  std::vector<StateRows> predictions;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    // a landmark is seen on its own side: the side of the slant range is that of the predicted point
+    const double y =
+        (map_T_vehicle(filter.vehicle()).rotation().transpose() * (filter.landmark_position(j) - position_of(filter.vehicle()))).y();
+    SideScanSighting probe = sightings.front();
+    probe.vehicle_p_point = {0.0, y < 0.0 ? -1.0 : 1.0, 0.0};
+    StateRows rows = rows_of(probe, j, filter, side_scan);
+    const Eigen::Index seen = 2;
+    problem.predicted.segment<2>(2 * j) = probe.vehicle_p_point.head<2>() - rows.vehicle.residual.head<2>();
+    if (side_scan.form == SideScanForm::kFlatBottom && y < 0.0) {  // signed range: turn the row of the range around
+      problem.predicted(2 * j + 1) = -(1.0 - rows.vehicle.residual(1));
+      rows.vehicle.H.row(1) *= -1.0;
+      rows.H_landmark.row(1) *= -1.0;
+    }
+    rows.vehicle.residual.conservativeResize(seen);
+    rows.vehicle.H.conservativeResize(seen, Eigen::NoChange);
+    rows.H_landmark.conservativeResize(seen, Eigen::NoChange);
+    predictions.push_back(rows);
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const Eigen::Matrix2d block = filter.predicted_covariance(predictions[at(i)], predictions[at(j)]);
+      problem.predicted_covariance.block<2, 2>(2 * i, 2 * j) = block;
+      problem.predicted_covariance.block<2, 2>(2 * j, 2 * i) = block.transpose();
+    }
+  }
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const SideScanSighting& sighting = sightings[at(i)];
+    problem.observed.segment<2>(2 * i) = sighting.vehicle_p_point.head<2>();
+    const double range =
+        side_scan.form == SideScanForm::kFlatBottom ? std::abs(sighting.vehicle_p_point.y()) : sighting.vehicle_p_point.norm();
+    const Eigen::Matrix3d R = sighting.covariance.value_or(side_scan_covariance(range, velocity_of(filter.vehicle()).norm(), side_scan));
+    problem.observed_covariance.block<2, 2>(2 * i, 2 * i) = R.topLeftCorner<2, 2>();
+  }
+  const JointCompatibilityConfig joint{config.gate_probability, config.joint_gate_probability, config.node_budget};
+  const Hypothesis hypothesis = config.method == AssociationMethod::kNearestNeighbour ? nearest_neighbour(problem, config.gate_probability)
+                                                                                      : joint_compatibility(problem, joint);
+  answer.pairs = hypothesis.pairs;
+  std::vector<bool> paired(sightings.size(), false);
+  for (const Pair& pair : answer.pairs) {
+    paired[at(pair.observation)] = true;
+    const auto& known = landmarks[at(pair.prediction)].source_id;
+    const auto& seen = sightings[at(pair.observation)].landmark_id;
+    if (known && seen && *known != *seen) ++answer.wrong_pairs;
+  }
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const std::optional<double>& nearest = hypothesis.nearest_squared_distance[at(i)];
+    if (!paired[at(i)] && (!nearest || *nearest > config.new_landmark_squared_distance)) answer.fresh.push_back(i);
+  }
+  return answer;
+}
+
+}  // namespace ssjs

@@ -1,0 +1,144 @@
+#include "ssjs/mapping/levelled_journal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "mapping/survey_run.hpp"
+
+namespace ssjs {
+namespace {
+
+using namespace ssjs::testing;  // NOLINT(google-build-using-namespace)
+
+constexpr Eigen::Index kVehicle = VehicleLayout::kSize;
+
+/// Carries Cov(e_step, e_now) forwards, the other way round than the journal.
+class ForwardCovariance final : public LevelledFilterWatcher {
+ public:
+  void begin(const LevelledFilter& filter) { cross_ = filter.pose_rows(); }
+  [[nodiscard]] const Eigen::MatrixXd& cross() const { return cross_; }
+
+  void on_predict(const VehicleMatrix& F) override {
+    if (cross_.size() > 0) cross_.leftCols<kVehicle>() = (cross_.leftCols<kVehicle>() * F.transpose()).eval();
+  }
+  void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+                 const Eigen::Ref<const Eigen::MatrixXd>& L) override {
+    if (cross_.size() == 0) return;
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(Y.cols(), Y.rows());
+    Eigen::Index i = 0;
+    for (const StateRows& block : rows) {
+      H.block(i, 0, block.rows(), kVehicle) = block.vehicle.H;
+      if (block.landmark >= 0) H.block(i, LevelledFilter::offset(block.landmark), block.rows(), 3) = block.H_landmark;
+      i += block.rows();
+    }
+    const Eigen::MatrixXd K = Y * Eigen::MatrixXd(L.triangularView<Eigen::Lower>()).inverse();
+    cross_ -= (cross_ * H.transpose() * K.transpose()).eval();
+  }
+  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override {
+    if (cross_.size() == 0) return;
+    const Eigen::MatrixXd added = cross_.leftCols<kVehicle>() * J_vehicle.transpose();
+    cross_.conservativeResize(Eigen::NoChange, cross_.cols() + 3);
+    cross_.rightCols<3>() = added;
+  }
+
+ private:
+  Eigen::MatrixXd cross_;
+};
+
+/// Both watchers at once.
+class Both final : public LevelledFilterWatcher {
+ public:
+  Both(LevelledFilterWatcher& first, LevelledFilterWatcher& second) : first_(first), second_(second) {}
+  void on_predict(const VehicleMatrix& F) override {
+    first_.on_predict(F);
+    second_.on_predict(F);
+  }
+  void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+                 const Eigen::Ref<const Eigen::MatrixXd>& L) override {
+    first_.on_update(rows, Y, L);
+    second_.on_update(rows, Y, L);
+  }
+  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override {
+    first_.on_add(J_vehicle);
+    second_.on_add(J_vehicle);
+  }
+
+ private:
+  LevelledFilterWatcher& first_;
+  LevelledFilterWatcher& second_;
+};
+
+TEST(LevelledJournal, A18_BackwardsEqualsForwards) {
+  Rng rng(81);
+  LevelledFilter filter(4);
+  LevelledJournal journal;
+  ForwardCovariance forward;
+  Both both(journal, forward);
+  filter.watch(&both);
+  VehicleVector x = VehicleVector::Zero();
+  x(6) = 1.5;
+  x(9) = 4.0;
+  filter.reset(x, VehicleMatrix(0.01 * VehicleMatrix::Identity()));
+  SideScanConfig side_scan;
+  for (int tick = 0; tick < 60; ++tick) {
+    filter.predict(predict_constant_velocity(filter.vehicle(), {0.05, -0.02, 0.2}, 0.1, {}));
+    std::vector<StateRows> rows;
+    if (tick % 2 == 0) rows.push_back({depth_rows(filter.vehicle(), filter.vehicle()(2) + rng.normal(0.05), {})});
+    if (tick % 3 == 0) rows.push_back({compass_rows(filter.vehicle(), rng.normal(0.01), {})});
+    SideScanSighting sighting;
+    if (filter.landmarks() > 0 && tick % 5 == 0) {
+      const Eigen::Index nth = tick % filter.landmarks();
+      sighting.vehicle_p_point = map_T_vehicle(filter.vehicle()).inverse() * filter.landmark_position(nth) +
+                                 Eigen::Vector3d(rng.normal(0.1), rng.normal(0.1), 0.0);
+      const SideScanRows seen = side_scan_rows(filter.vehicle(), sighting, filter.landmark_position(nth), side_scan);
+      rows.push_back({seen.vehicle, nth, seen.H_landmark});
+    }
+    filter.update(rows);
+    if (tick % 10 == 7) {
+      sighting.vehicle_p_point = {0.0, tick % 4 == 1 ? -10.0 : 8.0, 4.0};
+      filter.add_landmark(*landmark_from_side_scan(filter.vehicle(), sighting, side_scan));
+    }
+    if (tick == 20 || tick == 40) journal.step(tick, filter);
+    if (tick == 20) forward.begin(filter);
+  }
+  const std::vector<Eigen::Index> exit{0, 1, 5, 11, 10};
+  const Eigen::MatrixXd expected = forward.cross()(Eigen::all, exit) * filter.covariance()(exit, exit).inverse();
+  const std::vector<LevelledStep> steps = journal.take_steps(filter, exit);
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_LT((steps[0].gain - expected).cwiseAbs().maxCoeff(), 1e-6 * expected.cwiseAbs().maxCoeff());
+  const Matrix6d conditional = steps[0].covariance - expected * forward.cross()(Eigen::all, exit).transpose();
+  EXPECT_LT((steps[0].conditional_covariance - conditional).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+TEST(LevelledJournal, A18_ConditionedPosesAreConsistent) {
+  // the middle step of every map, given the TRUE exit and offsets of the map
+  double sum = 0.0, as_filtered = 0.0, conditioned = 0.0;
+  int maps = 0;
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const SimulatedSurvey survey = simulate_survey(survey_world({}, seed), {}, seed);
+    LevelledBuilderConfig config = matched({});
+    split_every(config, 50.0);
+    for (const LevelledSubmap& map : build_maps(survey, config)) {
+      if (map.closed_because == "end") continue;
+      const LevelledStep& step = map.steps[map.steps.size() / 2];
+      const VehicleVector truth = true_vehicle(truth_at(survey, step.time_s), truth_at(survey, map.start_time_s));
+      const Eigen::VectorXd exit_error = map_error(map, survey).head<5>();
+      ASSERT_EQ(step.gain.cols(), 5);
+      Vector6d error = truth.head<6>() - step.base_T_vehicle - step.gain * exit_error;
+      for (Eigen::Index i = 3; i < 6; ++i) error(i) = wrap_angle(error(i));
+      sum += normalized_squared_error(error, step.conditional_covariance);
+      as_filtered += step.covariance(0, 0) + step.covariance(1, 1);
+      conditioned += step.conditional_covariance(0, 0) + step.conditional_covariance(1, 1);
+      ++maps;
+    }
+  }
+  const Band band = mean_band(6, maps, 0.999);
+  EXPECT_GT(sum / maps, band.lower);
+  EXPECT_LT(sum / maps, band.upper);
+  EXPECT_LT(conditioned, 0.8 * as_filtered);
+}
+
+}  // namespace
+}  // namespace ssjs
