@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -177,9 +178,10 @@ std::vector<int> PortJoiner::maps_in_reach(int newest) const {
 std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
   const PortMap& map = maps_[static_cast<std::size_t>(newest)];
   std::vector<Match> matches;
+  std::set<std::int64_t> met;  // an identity twice in one map counts once
   for (Eigen::Index i = 0; i < map.submap.landmark_count(); ++i) {
     const std::optional<std::int64_t> id = map.submap.landmarks[static_cast<std::size_t>(i)].source_id;
-    if (!id) continue;
+    if (!id || !met.insert(*id).second) continue;
     const auto known = first_seen_.find(*id);
     if (known != first_seen_.end() && known->second.map != &map) matches.push_back({i, known->second});
   }

@@ -33,6 +33,7 @@ Mission asynchronous_mission() {
   config.phase_steps = 1;
   config.sample_loss_fraction = 0.1;
   config.velocity_gap_every_s = 40.0;
+  config.velocity_time_constant_s = config.seabed_time_constant_s = 1e6;  // random walks, as the filter has them
   return mission;
 }
 
@@ -103,6 +104,8 @@ TEST(LevelledBuilder, A15_ConsistentOver50RunsLong) { expect_consistent(asynchro
 TEST(LevelledBuilder, A13_FlatBottomIsConsistentLong) {
   Mission mission = asynchronous_mission();
   mission.simulation.side_scan.form = SideScanForm::kFlatBottom;
+  mission.simulation.side_scan.flat_bottom_sigma_m = mission.world.landmark_height_sigma_m;
+  mission.simulation.motion.seabed_walk_m_sqrt_s = 0.002;  // flat: what the landmarks stand on is what the altimeter sees
   expect_consistent(mission, 50, 0.99);
 }
 
@@ -211,10 +214,14 @@ TEST(LevelledBuilder, A17_EverySampleIsInOneMapAndBordersMeet) {
   int seen = 0;
   for (std::size_t k = 0; k < maps.size(); ++k) {
     EXPECT_EQ(maps[k].index, static_cast<int>(k));
-    if (k > 0) EXPECT_EQ(maps[k].start_time_s, maps[k - 1].end_time_s);
+    if (k > 0) {
+      EXPECT_EQ(maps[k].start_time_s, maps[k - 1].end_time_s);
+    }
     // closes with a velocity fix
     const auto tick = static_cast<std::size_t>(std::lround(maps[k].end_time_s / 0.1));
-    if (k + 1 < maps.size()) EXPECT_TRUE(survey.ticks[tick].velocity && survey.ticks[tick].velocity->bottom_lock);
+    if (k + 1 < maps.size()) {
+      EXPECT_TRUE(survey.ticks[tick].velocity && survey.ticks[tick].velocity->bottom_lock);
+    }
     for (const MapLandmark& landmark : maps[k].landmarks) seen += landmark.times_seen;
   }
   EXPECT_EQ(static_cast<std::size_t>(seen), sightings);  // known identities, matched noise and a wide gate: nothing is refused in this run
@@ -260,6 +267,7 @@ TEST(LevelledBuilder, A19_MeanOfAnUncalibratedCompass) {
   split_every(config, 50.0);
   for (const LevelledSubmap& map : build_maps(survey, config)) {
     EXPECT_EQ(map.compass, CompassPorts::kNone);
+    if (map.end_time_s - map.start_time_s < 2.0) continue;  // the last one may end before a reading
     ASSERT_TRUE(map.compass_mean);
     const AuvTruth& start = truth_at(survey, map.start_time_s);
     const double truth = wrap_angle(truth_at(survey, map.compass_mean->time_s).compass_offset_rad + start.world_T_vehicle.rpy.z());
