@@ -63,6 +63,13 @@ class FieldLister {
   py::list fields_;
 };
 
+template <class Config>
+[[nodiscard]] py::list fields_of(Config config) {
+  FieldLister lister;
+  config.visit(lister);
+  return lister.fields();
+}
+
 /// Sets fields from a flat dictionary with dotted keys; keys without a field stay in unused().
 class FieldSetter {
  public:

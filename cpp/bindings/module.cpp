@@ -44,6 +44,7 @@ PYBIND11_MODULE(_core, module) {
   using namespace ssjs::bindings;
   add_errors(module);
   add_pipeline(module);
+  add_levelled(module);
   add_evaluation(module);
   add_simulation(module);
   add_features(module);

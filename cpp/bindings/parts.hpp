@@ -6,6 +6,7 @@
 namespace ssjs::bindings {
 
 void add_pipeline(pybind11::module_& module);
+void add_levelled(pybind11::module_& module);
 void add_evaluation(pybind11::module_& module);
 void add_simulation(pybind11::module_& module);
 void add_features(pybind11::module_& module);

@@ -10,6 +10,7 @@
 
 #include "config.hpp"
 #include "parts.hpp"
+#include "run_parts.hpp"
 #include "ssjs/io/event_log.hpp"
 #include "ssjs/pipeline/mission_run.hpp"
 
@@ -43,25 +44,6 @@ py::list submap_list(const MissionResult& result) {
   return list;
 }
 
-py::list loop_list(const MissionResult& result) {
-  py::list list;
-  for (const LoopAttempt& loop : result.loops) {
-    py::dict entry;
-    entry["time_s"] = loop.time_s;
-    entry["from"] = loop.from;
-    entry["to"] = loop.to;
-    entry["accepted"] = loop.accepted;
-    entry["reason"] = loop.reason;
-    entry["pairs"] = loop.pairs;
-    entry["wrong_pairs"] = loop.wrong_pairs;
-    entry["chi2"] = loop.chi_squared;
-    entry["dof"] = loop.dof;
-    entry["sigma_m"] = loop.sigma_m;
-    list.append(entry);
-  }
-  return list;
-}
-
 py::dict landmark_dict(const MissionResult& result) {
   const auto n = static_cast<Eigen::Index>(result.world.landmarks.size());
   RowMatrix position(n, 2);
@@ -87,24 +69,6 @@ py::dict landmark_dict(const MissionResult& result) {
   return dict;
 }
 
-py::dict update_dict(const MissionResult& result) {
-  const auto n = static_cast<Eigen::Index>(result.updates.size());
-  Eigen::VectorXd time_s(n);
-  Eigen::VectorXd nis(n);
-  std::vector<std::int64_t> dof;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const MissionResult::Update& update = result.updates[static_cast<std::size_t>(i)];
-    time_s(i) = update.time_s;
-    nis(i) = update.nis;
-    dof.push_back(update.dof);
-  }
-  py::dict dict;
-  dict["time_s"] = time_s;
-  dict["nis"] = nis;
-  dict["dof"] = py::array_t<std::int64_t>(static_cast<py::ssize_t>(dof.size()), dof.data());
-  return dict;
-}
-
 py::dict to_python(const MissionResult& result) {
   py::dict dict;
   dict["time_s"] = result.time_s;
@@ -116,7 +80,7 @@ py::dict to_python(const MissionResult& result) {
   dict["submap"] = py::array_t<std::int64_t>(static_cast<py::ssize_t>(result.submap.size()), result.submap.data());
   dict["step_time_us"] = result.step_time_us;
   dict["landmarks"] = landmark_dict(result);
-  dict["updates"] = update_dict(result);
+  dict["updates"] = update_dict(result.updates);
   dict["submaps"] = submap_list(result);
   py::list maps;
   for (const LiveMapEstimate& map : result.world.maps) {
@@ -127,7 +91,7 @@ py::dict to_python(const MissionResult& result) {
     maps.append(entry);
   }
   dict["live_maps"] = maps;
-  dict["loops"] = loop_list(result);
+  dict["loops"] = loop_list(result.loops);
   const Eigen::MatrixXd& joint = result.world.base_covariance;
   dict["joint_base_covariance"] = joint.size() > 0 ? py::cast(joint) : py::none();
   py::dict counters;
@@ -168,14 +132,7 @@ py::dict to_python(const MissionResult& result) {
 
 py::dict run(const py::dict& config, EventLog& log, std::uint64_t seed, const std::optional<std::function<bool(double)>>& progress) {
   const auto slam = config_from<SlamConfig>(config);
-  ProgressSink sink;
-  if (progress) {
-    sink = [&progress](double fraction) {
-      const py::gil_scoped_acquire locked;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      return (*progress)(fraction);
-    };
-  }
+  const ProgressSink sink = progress_sink(progress);
   MissionResult result;
   {
     const py::gil_scoped_release released;
@@ -192,14 +149,7 @@ py::tuple pose_tuple(const GaussianSe2& pose) {
 
 void add_pipeline(py::module_& module) {
   module.def(
-      "config_fields",
-      [] {
-        SlamConfig config;
-        FieldLister lister;
-        config.visit(lister);
-        return lister.fields();
-      },
-      "Every configuration key: key, type, default, choices, rule, description.");
+      "config_fields", [] { return fields_of(SlamConfig{}); }, "Every configuration key: key, type, default, choices, rule, description.");
   module.def(
       "validate_config", [](const py::dict& values) { return config_from<SlamConfig>(values).violations(); }, py::arg("values"),
       "Every violation of a flat configuration, as text; unknown keys raise ValueError.");

@@ -22,7 +22,7 @@ enum class PortSolver { kBatch, kRecursive };
 struct PortJoinerConfig {
   PortSolver solver = PortSolver::kBatch;
   double relinearize_heading_rad = 0.01;
-  AssociationMethod association = AssociationMethod::kJointCompatibility;
+  AssociationMethod association = AssociationMethod::kJointCompatibility;  ///< set by the pipeline: as within the maps
   double gate_probability = 0.99;
   double joint_gate_probability = 0.95;
   int node_budget = 1500;
@@ -36,9 +36,6 @@ struct PortJoinerConfig {
              "global level: sparse Gauss-Newton over all maps, or an extended Kalman filter over their ports");
     v.field("relinearize_heading_rad", relinearize_heading_rad, Rule::positive(),
             "recursive: a base that turned by more than this starts the filter anew from Gauss-Newton");
-    v.choice("association", association,
-             Choices<AssociationMethod>{{"jcbb", AssociationMethod::kJointCompatibility}, {"known", AssociationMethod::kKnown}},
-             "how landmarks are found again in other maps");
     v.field("gate_probability", gate_probability, Rule::open(0, 1), "individual gate of a pairing between maps, in the plane and in depth");
     v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings of a map");
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one map");

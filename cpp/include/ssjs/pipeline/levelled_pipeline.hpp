@@ -1,0 +1,77 @@
+/// The whole of SLAM for an underwater vehicle, fed one tick at a time: levelled maps, tied by their ports. docs/math/auv.md, ports.md.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ssjs/base/config_field.hpp"
+#include "ssjs/joining/port_estimate.hpp"
+#include "ssjs/joining/port_joiner.hpp"
+#include "ssjs/mapping/levelled_builder.hpp"
+#include "ssjs/pipeline/dead_reckoning.hpp"
+
+namespace ssjs {
+
+enum class LevelledMethod {
+  kPorts,   ///< selective joining: independent maps, tied where they share landmarks
+  kOneMap,  ///< plain EKF: the same filter with a single map that never ends
+};
+
+struct LevelledConfig {
+  LevelledMethod method = LevelledMethod::kPorts;
+  LevelledBuilderConfig local;
+  PortJoinerConfig joining;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.choice("method", method, Choices<LevelledMethod>{{"ssjs", LevelledMethod::kPorts}, {"ekf", LevelledMethod::kOneMap}},
+             "ssjs: submaps tied by the landmarks they share; ekf: one map for the whole mission");
+    local.visit(v);
+    v.section("joining", joining, "how submaps are tied to each other");
+  }
+};
+
+/// What one tick did.
+struct LevelledReport {
+  SurveyStep vehicle;  ///< the online estimate after the tick
+  int submap = 0;
+  UpdateResult update;
+  int refused = 0;  ///< samples outside their gates
+  int observations = 0;
+  int wrong_pairs = 0;
+  std::optional<JoinReport> join;  ///< when the tick closed a submap
+  double global_time_s = 0.0;      ///< wall time in the joining layer, without association
+  double association_time_s = 0.0;
+};
+
+class LevelledPipeline {
+ public:
+  /// Throws InvalidArgument listing every violation of the configuration.
+  explicit LevelledPipeline(const LevelledConfig& config);
+
+  /// Times must not decrease and values must be finite: otherwise InvalidArgument.
+  LevelledReport feed(const NavigationTick& tick);
+
+  [[nodiscard]] SurveyStep global_T_vehicle() const;
+  [[nodiscard]] const Se3& dead_reckoning() const { return dead_reckoning_.start_T_vehicle(); }
+
+  /// Closes the last submap and lets the joining layer settle. No tick may follow.
+  JoinReport finish();
+
+  /// After finish().
+  [[nodiscard]] const std::deque<PortMap>& maps() const { return joiner_.maps(); }
+  [[nodiscard]] const PortLevel& level() const { return joiner_.level(); }
+  [[nodiscard]] std::vector<SurveyStep> trajectory() const;
+  [[nodiscard]] std::vector<SurveyLandmark> landmarks() const { return landmarks_in_world(maps(), level()); }
+  [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
+
+ private:
+  LevelledBuilder builder_;
+  PortJoiner joiner_;
+  DeadReckoning dead_reckoning_;
+  GaussianSe2 global_T_base_;  ///< of the map that is being built
+  bool finished_ = false;
+};
+
+}  // namespace ssjs

@@ -1,0 +1,44 @@
+/// A whole log of an underwater vehicle through the pipeline, with everything that the result files hold.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "ssjs/base/progress.hpp"
+#include "ssjs/pipeline/levelled_pipeline.hpp"
+#include "ssjs/pipeline/mission_run.hpp"
+
+namespace ssjs {
+
+/// Poses are x, y, depth (m), roll, pitch, yaw (rad) in the world frame; covariances the row-major upper triangle (21 numbers). One row a
+/// remembered step (trajectory_interval_s) unless said otherwise.
+struct LevelledResult {
+  Eigen::VectorXd time_s;
+  RowMatrix pose, covariance;                ///< the final trajectory
+  RowMatrix online_pose, online_covariance;  ///< what a pilot would have seen at the time
+  RowMatrix dead_reckoning;
+  std::vector<std::int64_t> submap;
+  Eigen::VectorXd step_time_us;  ///< one a tick
+
+  std::vector<MissionResult::Update> updates;  ///< one a tick with samples that were used
+  std::vector<LoopAttempt> loops;
+  std::vector<LevelledSubmap> submaps;  ///< without their steps
+  std::vector<GaussianSe2> global_T_base;
+  Eigen::MatrixXd base_covariance;  ///< of all bases, 3 each; empty in a long mission
+  std::vector<SurveyLandmark> landmarks;
+  std::array<SensorStatistics, kNavigationSensors> sensors{};
+
+  int ticks = 0, observations = 0, refused = 0, scan_wrong_pairs = 0;
+  int loop_candidates = 0, loop_closures = 0, map_wrong_pairs = 0;
+  bool map_identities_known = false;
+  int budget_exhausted = 0;
+
+  double time_total_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
+};
+
+/// Ticks in the order of time; progress as in run_mission().
+[[nodiscard]] LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks,
+                                                  const ProgressSink& progress = {});
+
+}  // namespace ssjs

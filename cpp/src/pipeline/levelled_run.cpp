@@ -1,0 +1,122 @@
+#include "ssjs/pipeline/levelled_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "ssjs/base/error.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr double kPatienceS = 0.1;
+constexpr std::size_t kMaxJointBases = 400;
+
+using Clock = std::chrono::steady_clock;
+
+void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const SurveyStep& step) {
+  poses.row(row) = step.global_T_vehicle;
+  Eigen::Index column = 0;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    for (Eigen::Index j = i; j < 6; ++j) covariances(row, column++) = step.covariance(i, j);
+  }
+}
+
+void take(LevelledResult& result, const JoinReport& join) {
+  result.loop_candidates += join.candidates;
+  result.budget_exhausted += join.budget_exhausted ? 1 : 0;
+  result.time_association_s += join.association_time_s;
+  for (const LoopAttempt& loop : join.loops) {
+    if (loop.accepted) {
+      ++result.loop_closures;
+      result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
+      result.map_identities_known = result.map_identities_known || (loop.pairs > 0 && loop.wrong_pairs.has_value());
+    }
+    result.loops.push_back(loop);
+  }
+}
+
+/// What was so at a remembered time; the builder decides which ticks those are, and the final trajectory tells.
+struct Remembered {
+  SurveyStep online;
+  Vector6d dead_reckoning;
+  int submap;
+};
+
+void put_trajectory(LevelledResult& result, const std::vector<SurveyStep>& trajectory, const std::vector<Remembered>& by_tick) {
+  const auto n = static_cast<Eigen::Index>(trajectory.size());
+  result.time_s.resize(n);
+  for (RowMatrix* const poses : {&result.pose, &result.online_pose, &result.dead_reckoning}) poses->resize(n, 6);
+  for (RowMatrix* const covariances : {&result.covariance, &result.online_covariance}) covariances->resize(n, 21);
+  auto tick = by_tick.begin();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const SurveyStep& step = trajectory[static_cast<std::size_t>(i)];
+    while (tick->online.time_s < step.time_s || (std::next(tick) != by_tick.end() && std::next(tick)->online.time_s == step.time_s)) ++tick;
+    result.time_s(i) = step.time_s;
+    put(result.pose, result.covariance, i, step);
+    put(result.online_pose, result.online_covariance, i, tick->online);
+    result.dead_reckoning.row(i) = tick->dead_reckoning;
+    result.submap.push_back(tick->submap);
+  }
+}
+
+void put_bases(LevelledResult& result, const LevelledPipeline& pipeline) {
+  std::vector<Unknown> bases;
+  for (const PortMap& map : pipeline.maps()) {
+    bases.push_back({UnknownKind::kBase, map.base()});
+    result.global_T_base.push_back({pipeline.level().values().base(map.base()), pipeline.level().covariance({bases.back()})});
+    result.submaps.push_back(map.submap);
+    result.submaps.back().steps.clear();
+  }
+  if (bases.size() <= kMaxJointBases) result.base_covariance = pipeline.level().covariance(bases);
+}
+
+}  // namespace
+
+LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks, const ProgressSink& progress) {
+  LevelledResult result;
+  LevelledPipeline pipeline(config);
+  const std::size_t n = ticks.size();
+  const std::size_t report_every = std::max<std::size_t>(1, n / 1000);
+  std::vector<Remembered> by_tick;
+  by_tick.reserve(n);
+  result.step_time_us.resize(static_cast<Eigen::Index>(n));
+  const auto begin = Clock::now();
+  auto asked = begin;
+  const auto ask = [&](double fraction) {
+    asked = Clock::now();
+    if (progress && !progress(fraction)) throw Cancelled();
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i % report_every == 0 || std::chrono::duration<double>(Clock::now() - asked).count() > kPatienceS) {
+      ask(static_cast<double>(i) / static_cast<double>(n));
+    }
+    const auto step_begin = Clock::now();
+    const LevelledReport step = pipeline.feed(ticks[i]);
+    result.step_time_us(static_cast<Eigen::Index>(i)) = 1e6 * std::chrono::duration<double>(Clock::now() - step_begin).count();
+    by_tick.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
+    if (step.update.dof > 0) result.updates.push_back({ticks[i].time_s, step.update.nis, step.update.dof});
+    result.observations += step.observations;
+    result.refused += step.refused;
+    result.scan_wrong_pairs += step.wrong_pairs;
+    result.time_global_s += step.global_time_s;
+    if (step.join) take(result, *step.join);
+  }
+  ask(1.0);
+  const auto finish_begin = Clock::now();
+  const JoinReport last = pipeline.finish();
+  take(result, last);
+  result.time_global_s += std::chrono::duration<double>(Clock::now() - finish_begin).count() - last.association_time_s;
+  result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
+  result.ticks = static_cast<int>(n);
+  ask(1.0);
+  put_trajectory(result, pipeline.trajectory(), by_tick);
+  put_bases(result, pipeline);
+  result.landmarks = pipeline.landmarks();
+  for (std::size_t sensor = 0; sensor < kNavigationSensors; ++sensor) {
+    result.sensors[sensor] = pipeline.statistics(static_cast<NavigationSensor>(sensor));
+  }
+  return result;
+}
+
+}  // namespace ssjs
