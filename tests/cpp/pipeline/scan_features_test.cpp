@@ -50,12 +50,12 @@ TEST(ScanFeatures, TrunksGetTheConfiguredNoiseAndNoIdentity) {
 
 TEST(ScanFeatures, OfAnyEvent) {
   const RangeBearingConfig sensor;
-  EXPECT_EQ(observed_features({1.0, AckermanControl{}}, {}, sensor), std::nullopt);  // no observation
-  EXPECT_EQ(observed_features({1.0, trunk_scan()}, {}, sensor)->size(), 1U);
-  EXPECT_EQ(observed_features({1.0, Features{}}, {}, sensor)->size(), 0U);
+  EXPECT_EQ(observed_features({1.0, AckermanControl{}}, {}, {}, sensor), std::nullopt);  // no observation
+  EXPECT_EQ(observed_features({1.0, trunk_scan()}, {}, {}, sensor)->size(), 1U);
+  EXPECT_EQ(observed_features({1.0, Features{}}, {}, {}, sensor)->size(), 0U);
   LaserScan broken = trunk_scan();
   broken.step_rad = 0.0;
-  EXPECT_THROW((void)observed_features({1.0, broken}, {}, sensor), InvalidArgument);
+  EXPECT_THROW((void)observed_features({1.0, broken}, {}, {}, sensor), InvalidArgument);
 }
 
 }  // namespace
