@@ -179,6 +179,8 @@ void add_pipeline(py::module_& module) {
             log.add_scans(time_s, Eigen::MatrixXd(range_m), first_angle_rad, step_rad);
           },
           py::arg("time_s"), py::arg("range_m"), py::arg("first_angle_rad"), py::arg("step_rad"))
+      .def("add_sonar_hits", &EventLog::add_sonar_hits, py::arg("time_s"), py::arg("range_m"), py::arg("bearing_rad"),
+           "Hits of a forward-looking sonar; consecutive rows of equal time form one image.")
       .def("__len__", [](EventLog& log) { return log.events().size(); });
 
   module.def("run", &run, py::arg("config"), py::arg("log"), py::arg("seed") = 0, py::arg("progress") = py::none(),

@@ -104,7 +104,7 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     layers.append(layer_from_flag("--method", METHOD_KEY, request.method))
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association))
     layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
-    if all(VEHICLE_KEY not in layer.values for layer in layers):
+    if mission.odometry is not None and all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
     seed = request.seed if request.seed is not None else file_seed
     return resolve(layers), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
@@ -112,14 +112,18 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
 
 def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[str]) -> Any:
     """The records of a mission as the estimator takes them."""
+    if mission.odometry is None:
+        raise UserError(f"{directory}: holds no odometry.csv; the methods of `run` need odometry in the plane")
     kind = settings.values[VEHICLE_KEY]
     if kind != mission.odometry.kind:
         raise UserError(
             f"{directory / 'odometry.csv'}: holds {mission.odometry.kind} odometry and {VEHICLE_KEY} is {kind} "
             f'({settings.origin.get(VEHICLE_KEY, "default")}); set {VEHICLE_KEY} = "{mission.odometry.kind}" or give other columns'
         )
-    if mission.observations is not None and mission.scans is not None:
-        raise UserError(f"{directory}: holds both observations.csv and scans.npz, which would be used twice; remove one of them")
+    observed = {"observations.csv": mission.observations, "scans.npz": mission.scans, "sonar_hits.csv": mission.sonar_hits}
+    present = [name for name, records in observed.items() if records is not None]
+    if len(present) > 1:
+        raise UserError(f"{directory}: holds both {' and '.join(present)}, which would be used twice; keep one of them")
     log = _core.MissionLog()
     try:
         _add_odometry(log, mission.odometry)
@@ -140,6 +144,11 @@ def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[
             used = scans.time_s <= last_time_s
             _note_unused(used, "scans", lost)
             log.add_scans(scans.time_s[used], np.ascontiguousarray(scans.range_m[used]), scans.first_angle_rad, scans.step_rad)
+        if mission.sonar_hits is not None:
+            hits = mission.sonar_hits
+            used = hits.time_s <= last_time_s
+            _note_unused(used, "sonar hits", lost)
+            log.add_sonar_hits(hits.time_s[used], hits.range_m[used], hits.bearing_rad[used])
     except ValueError as error:
         raise UserError(f"{directory}: {error}") from error
     return log
@@ -196,7 +205,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     lost: list[str] = []
     warnings: list[str] = []
     log = build_log(mission, settings, directory, lost)
-    if mission.observations is None and mission.scans is None:
+    if mission.observations is None and mission.scans is None and mission.sonar_hits is None:
         warnings.append("the mission holds no observations: the answer is dead reckoning")
         session.warn(f"{directory}: {warnings[-1]}")
     stopwatch.lap("read")

@@ -10,7 +10,8 @@ namespace ssjs {
 namespace {
 
 bool is_observation(const Event& event) {
-  return std::holds_alternative<Features>(event.record) || std::holds_alternative<LaserScan>(event.record);
+  return std::holds_alternative<Features>(event.record) || std::holds_alternative<LaserScan>(event.record) ||
+         std::holds_alternative<SonarHits>(event.record);
 }
 
 }  // namespace
@@ -87,6 +88,20 @@ void EventLog::add_scans(const Column& time_s, const Eigen::Ref<const Eigen::Mat
   if (!std::isfinite(first_angle_rad)) throw InvalidArgument("first_angle_rad", first_angle_rad, "must be finite");
   if (!(std::isfinite(step_rad) && step_rad != 0.0)) throw InvalidArgument("step_rad", step_rad, "must be finite and not zero");
   for (Eigen::Index i = 0; i < time_s.size(); ++i) add({time_s(i), LaserScan{range_m.row(i).transpose(), first_angle_rad, step_rad}});
+}
+
+void EventLog::add_sonar_hits(const Column& time_s, const Column& range_m, const Column& bearing_rad) {
+  check_rows("range_m", range_m.size(), time_s.size());
+  check_rows("bearing_rad", bearing_rad.size(), time_s.size());
+  check_times("sonar hits", time_s);
+  check_finite("sonar hits", "range_m", range_m);
+  check_finite("sonar hits", "bearing_rad", bearing_rad);
+  for (Eigen::Index i = 0; i < time_s.size();) {
+    SonarHits image;
+    const double time = time_s(i);
+    for (; i < time_s.size() && time_s(i) == time; ++i) image.range_bearing.emplace_back(range_m(i), bearing_rad(i));
+    add({time, std::move(image)});
+  }
 }
 
 const std::vector<Event>& EventLog::events() {

@@ -47,6 +47,12 @@ struct RecordCheck {
       if (!(R(0, 0) > 0.0 && R(1, 1) > 0.0 && R.determinant() > 0.0)) refuse_covariance("observation covariance", "an observation", time_s);
     }
   }
+  void operator()(const SonarHits& image) const {
+    for (const Eigen::Vector2d& hit : image.range_bearing) {
+      require_finite(hit.allFinite(), "sonar hit", time_s);
+      if (!(hit.x() > 0.0)) throw InvalidArgument("sonar hit range", hit.x(), "must be positive");
+    }
+  }
   void operator()(const LaserScan&) const {}  // beams without a finite range are no return
 };
 

@@ -19,7 +19,7 @@ void OdometryMotion::take(const Event& event) {
   time_s_ = event.time_s;
   increment_.reset();
   if (const auto* increment = std::get_if<OdometryIncrement>(&event.record)) {
-    increment_ = *increment;
+    increment_ = calibrated(*increment, config_.increments);
   } else if (held_ && dt_s > 0.0) {
     increment_ = command_increment(*held_, dt_s, config_);
   }

@@ -18,15 +18,16 @@ const SlamConfig& valid(const SlamConfig& config) {
 }  // namespace
 
 SlamPipeline::SlamPipeline(const SlamConfig& config, std::uint64_t seed)
-    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle) {}
+    : config_(valid(config)), mapper_(make_mapper(config_, seed)), motion_(config_.vehicle), persistence_(config_.persistence) {}
 
 StepReport SlamPipeline::feed(const Event& event) {
   if (finished_) throw InvalidArgument("event", event.time_s, "the mission is finished");
   check_event(event, time_s_, config_.vehicle);
-  const std::optional<Features> scan = observed_features(event, config_.trees, config_.sensor);  // nothing has changed yet if it refuses
+  const std::optional<Features> scan =
+      observed_features(event, config_.trees, config_.sonar_points, config_.sensor);  // nothing has changed yet if it refuses
   StepReport report;
   move(event);
-  if (scan) observe(*scan, report);
+  if (scan) observe(persistence_.confirmed(*scan, dead_reckoning_), report);
   mapper_->record_step(event.time_s);
   report.time_s = event.time_s;
   report.submap = mapper_->submap();

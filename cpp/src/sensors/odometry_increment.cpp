@@ -2,6 +2,12 @@
 
 namespace ssjs {
 
+OdometryIncrement calibrated(OdometryIncrement increment, const IncrementsConfig& config) {
+  increment.old_T_new.mean.x *= config.distance_scale;
+  increment.old_T_new.mean.y *= config.distance_scale;
+  return increment;
+}
+
 MotionPrediction predict_increment(const Se2& submap_T_vehicle, const OdometryIncrement& increment) {
   const auto& [mean, covariance] = increment.old_T_new;
   const Eigen::Matrix2d R = submap_T_vehicle.rotation();

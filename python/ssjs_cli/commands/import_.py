@@ -54,6 +54,28 @@ def mrclam(session: Session, source: str, robot: int, skip_unknown_barcodes: boo
 
 @import_.command()
 @click.argument("source", metavar="SRC", type=click.Path())
+@common_options(out_help=OUT_HELP)
+@click.pass_obj
+def aracati(session: Session, source: str, seed: int | None, force: bool, out: str | None) -> int:
+    """ARACATI 2017, a vehicle with a forward-looking sonar in a marina: SRC holds keyframes.csv and sonar_points_body.csv."""
+    from ssjs_cli.formats.aracati import read_aracati
+
+    return _import(session, out, "aracati2017", force, lambda: read_aracati(Path(source)))
+
+
+@import_.command()
+@click.argument("source", metavar="SRC", type=click.Path())
+@common_options(out_help=OUT_HELP)
+@click.pass_obj
+def stpere(session: Session, source: str, seed: int | None, force: bool, out: str | None) -> int:
+    """The Ictineu log in the marina of Sant Pere Pescador: SRC holds *_MTI.log, *_DVL.log and *_DGPS.log."""
+    from ssjs_cli.formats.stpere import read_stpere
+
+    return _import(session, out, "stpere", force, lambda: read_stpere(Path(source)))
+
+
+@import_.command()
+@click.argument("source", metavar="SRC", type=click.Path())
 @click.option("--range-sigma-m", type=click.FloatRange(0.0, min_open=True), default=None, help="Range noise instead of the file's.")
 @click.option("--bearing-sigma-rad", type=click.FloatRange(0.0, min_open=True), default=None, help="Bearing noise instead of the file's.")
 @common_options(out_help=OUT_HELP)

@@ -15,6 +15,7 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ssjs_cli.errors import UserError, nearest_hint
+from ssjs_cli.formats.navigation import NAVIGATION_FILES, UnderwaterNavigation, read_navigation, write_navigation
 from ssjs_cli.formats.number_table import (
     EXACT,
     TEXT,
@@ -38,10 +39,21 @@ MISSION_FILE = "mission.toml"
 ODOMETRY_FILE = "odometry.csv"
 OBSERVATIONS_FILE = "observations.csv"
 SCANS_FILE = "scans.npz"
+SONAR_HITS_FILE = "sonar_hits.csv"
 TRUTH_FILE = "truth_trajectory.tum"
 FIXES_FILE = "reference_fixes.csv"
 LANDMARKS_FILE = "truth_landmarks.csv"
-MISSION_FILES = (MISSION_FILE, ODOMETRY_FILE, OBSERVATIONS_FILE, SCANS_FILE, TRUTH_FILE, FIXES_FILE, LANDMARKS_FILE)
+MISSION_FILES = (
+    MISSION_FILE,
+    ODOMETRY_FILE,
+    OBSERVATIONS_FILE,
+    SCANS_FILE,
+    SONAR_HITS_FILE,
+    *NAVIGATION_FILES,
+    TRUTH_FILE,
+    FIXES_FILE,
+    LANDMARKS_FILE,
+)
 
 ODOMETRY_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -144,6 +156,17 @@ class Scans:
 
 
 @dataclass(frozen=True)
+class SonarHits:
+    """Strong returns of a forward-looking sonar, sensor frame: time_s, range_m, bearing_rad (n,); rows of equal time are one image.
+    intensity (n,) as the sensor gives it."""
+
+    time_s: FloatArray
+    range_m: FloatArray
+    bearing_rad: FloatArray
+    intensity: FloatArray | None = None
+
+
+@dataclass(frozen=True)
 class Fixes:
     """Sparse positions such as GPS: time_s (n,), position_m (n, 2), sigma_m (n,)."""
 
@@ -176,16 +199,29 @@ class Reference:
 
 @dataclass(frozen=True)
 class Mission:
+    """A planar vehicle has odometry; an underwater one may have navigation instead."""
+
     name: str
-    odometry: Odometry
+    odometry: Odometry | None = None
     description: str = ""
     notes: str = ""
     observations: Observations | None = None
     scans: Scans | None = None
+    sonar_hits: SonarHits | None = None
+    navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
     geodetic: Geodetic | None = None
     import_record: ImportRecord | None = None
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Of the records that span the mission: the odometry, or the attitude of an underwater vehicle."""
+        if self.odometry is not None:
+            return self.odometry.time_s
+        if self.navigation is not None:
+            return self.navigation.attitude.time_s
+        raise UserError(f"mission '{self.name}': holds neither odometry nor navigation; give one of them")
 
 
 def mission_directory(path: Path) -> Path:
@@ -222,13 +258,17 @@ def input_digests(directory: Path) -> dict[str, str]:
 def read_mission(path: Path) -> Mission:
     directory = mission_directory(path)
     document = read_mission_document(directory / MISSION_FILE)
+    navigation = read_navigation(directory)
+    has_odometry = navigation is None or (directory / ODOMETRY_FILE).is_file()
     return Mission(
         name=document.mission.name,
         description=document.mission.description,
         notes=document.mission.notes,
-        odometry=_read_odometry(directory / ODOMETRY_FILE),
+        odometry=_read_odometry(directory / ODOMETRY_FILE) if has_odometry else None,
         observations=_read_observations(directory / OBSERVATIONS_FILE),
         scans=_read_scans(directory / SCANS_FILE),
+        sonar_hits=_read_sonar_hits(directory / SONAR_HITS_FILE),
+        navigation=navigation,
         settings=document.settings,
         reference=read_reference(directory, document.reference),
         geodetic=document.geodetic,
@@ -398,6 +438,17 @@ def _checked_scans(path: Path, arrays: Mapping[str, Any]) -> Scans | None:
     return Scans(time_s, range_m, float(arrays["first_angle_rad"].reshape(-1)[0]), float(arrays["step_rad"].reshape(-1)[0]))
 
 
+def _read_sonar_hits(path: Path) -> SonarHits | None:
+    if not path.is_file():
+        return None
+    table = read_table(path, required=("time_s", *POLAR_COLUMNS), optional=("intensity",))
+    if table.rows == 0:
+        return None
+    require_times_in_order(table)
+    require_positive_range(table)
+    return SonarHits(table["time_s"], table["range_m"], table["bearing_rad"], table.columns.get("intensity"))
+
+
 def read_fixes(path: Path) -> Fixes:
     table = read_table(path, required=("time_s", "x_m", "y_m"), optional=("sigma_m",))
     require_times_in_order(table)
@@ -436,12 +487,17 @@ def write_mission(directory: Path, mission: Mission) -> None:
         document["import"] = mission.import_record.model_dump()
     (directory / MISSION_FILE).write_text(tomli_w.dumps(document), encoding="utf-8")
 
-    columns = ODOMETRY_COLUMNS[mission.odometry.kind]
-    write_table(directory / ODOMETRY_FILE, ",".join(columns), list(mission.odometry.values.T), [EXACT] * len(columns))
+    if mission.odometry is not None:
+        columns = ODOMETRY_COLUMNS[mission.odometry.kind]
+        write_table(directory / ODOMETRY_FILE, ",".join(columns), list(mission.odometry.values.T), [EXACT] * len(columns))
+    if mission.navigation is not None:
+        write_navigation(directory, mission.navigation)
     if mission.observations is not None:
         _write_observations(directory / OBSERVATIONS_FILE, mission.observations)
     if mission.scans is not None:
         _write_scans(directory / SCANS_FILE, mission.scans)
+    if mission.sonar_hits is not None:
+        _write_sonar_hits(directory / SONAR_HITS_FILE, mission.sonar_hits)
     _write_reference(directory, mission.reference)
 
 
@@ -469,6 +525,14 @@ def _write_scans(path: Path, scans: Scans) -> None:
         first_angle_rad=np.float64(scans.first_angle_rad),
         step_rad=np.float64(scans.step_rad),
     )
+
+
+def _write_sonar_hits(path: Path, hits: SonarHits) -> None:
+    names, columns = ["time_s", *POLAR_COLUMNS], [hits.time_s, hits.range_m, hits.bearing_rad]
+    if hits.intensity is not None:
+        names.append("intensity")
+        columns.append(hits.intensity)
+    write_table(path, ",".join(names), columns, [EXACT] * len(columns))
 
 
 def _write_reference(directory: Path, reference: Reference) -> None:

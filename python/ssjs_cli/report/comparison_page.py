@@ -154,7 +154,7 @@ def _extra(div_id: str, heading: str, figure: Figure | None) -> list[Plot]:
 def _facts(comparison: "Comparison") -> list[tuple[str, str]]:
     finished = [row for row in comparison.rows if row["repeats"]]
     facts = [("methods", count_text(len(comparison.rows))), ("seed", str(comparison.seed))]
-    odometry = comparison.mission.odometry.time_s
+    odometry = comparison.mission.time_s
     facts.append(("mission time", seconds_text(float(odometry[-1] - odometry[0]))))
     origins_s = {record["time_origin_s"] for record in comparison.records.values()} - {0.0}
     if origins_s:

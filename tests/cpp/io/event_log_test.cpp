@@ -115,6 +115,18 @@ TEST(EventLog, BeamsWithoutReturnMayBeAnything) {
   EXPECT_EQ(std::get<LaserScan>(log.events()[0].record).range_m(2), 4.0);
 }
 
+TEST(EventLog, SonarHitsOfEqualTimeAreOneImage) {
+  EventLog log;
+  log.add_sonar_hits(column({1.0, 1.0, 2.0}), column({5.0, 6.0, 7.0}), column({0.1, 0.2, 0.3}));
+  ASSERT_EQ(log.events().size(), 2U);
+  const SonarHits& first = std::get<SonarHits>(log.events()[0].record);
+  ASSERT_EQ(first.range_bearing.size(), 2U);
+  EXPECT_EQ(first.range_bearing[1], Eigen::Vector2d(6.0, 0.2));
+  EXPECT_THROW(log.add_sonar_hits(column({1.0}), column({5.0, 6.0}), column({0.1})), InvalidArgument);
+  EXPECT_THROW(log.add_sonar_hits(column({2.0, 1.0}), column({5.0, 6.0}), column({0.1, 0.2})), InvalidArgument);
+  EXPECT_THROW(log.add_sonar_hits(column({1.0}), column({kNaN}), column({0.1})), InvalidArgument);
+}
+
 TEST(EventLog, EmptyColumnsAddNothing) {
   EventLog log;
   log.add_ackerman(column({}), column({}), column({}));

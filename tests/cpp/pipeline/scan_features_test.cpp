@@ -48,14 +48,31 @@ TEST(ScanFeatures, TrunksGetTheConfiguredNoiseAndNoIdentity) {
   EXPECT_EQ(trunks[0].landmark_id, std::nullopt);
 }
 
+TEST(ScanFeatures, PointTargetsOfASonarAddTheNoiseOfTheSensorToTheirOwn) {
+  RangeBearingConfig sensor;
+  sensor.range_sigma_m = 0.2;
+  sensor.bearing_sigma_rad = 0.03;
+  SonarPointConfig config;
+  config.centre_sigma_m = 0.1;
+  const SonarHits image{{{10.0, -0.01}, {10.0, 0.0}, {10.0, 0.01}}};
+  const Features targets = detect_features(image, config, sensor);
+  ASSERT_EQ(targets.size(), 1U);
+  // No spread in range; in bearing 2e-4 / 9. The centre: 0.1 m, at 10 m 0.01 rad.
+  EXPECT_NEAR(targets[0].covariance(0, 0), 0.04 + 0.01, 1e-12);
+  EXPECT_NEAR(targets[0].covariance(1, 1), 0.0009 + 0.0001 + 2e-4 / 9.0, 1e-12);
+  EXPECT_EQ(observed_features({1.0, image}, {}, config, sensor)->size(), 1U);
+  sensor.max_range_m = 9.0;
+  EXPECT_EQ(observed_features({1.0, image}, {}, config, sensor)->size(), 0U);
+}
+
 TEST(ScanFeatures, OfAnyEvent) {
   const RangeBearingConfig sensor;
-  EXPECT_EQ(observed_features({1.0, AckermanControl{}}, {}, sensor), std::nullopt);  // no observation
-  EXPECT_EQ(observed_features({1.0, trunk_scan()}, {}, sensor)->size(), 1U);
-  EXPECT_EQ(observed_features({1.0, Features{}}, {}, sensor)->size(), 0U);
+  EXPECT_EQ(observed_features({1.0, AckermanControl{}}, {}, {}, sensor), std::nullopt);  // no observation
+  EXPECT_EQ(observed_features({1.0, trunk_scan()}, {}, {}, sensor)->size(), 1U);
+  EXPECT_EQ(observed_features({1.0, Features{}}, {}, {}, sensor)->size(), 0U);
   LaserScan broken = trunk_scan();
   broken.step_rad = 0.0;
-  EXPECT_THROW((void)observed_features({1.0, broken}, {}, sensor), InvalidArgument);
+  EXPECT_THROW((void)observed_features({1.0, broken}, {}, {}, sensor), InvalidArgument);
 }
 
 }  // namespace

@@ -53,7 +53,9 @@ TEST(SlamPipeline, RefusedEventsLeaveNothingBehind) {
                                    {later, Features{{Eigen::Vector2d(-1.0, 0.0), R, 1}}},
                                    {later, Features{{Eigen::Vector2d(1.0, 0.0), -R, 1}}},
                                    {later, LaserScan{Eigen::VectorXd::Constant(10, 5.0), kNaN, 0.1}},
-                                   {later, flat}};
+                                   {later, flat},
+                                   {later, SonarHits{{{kNaN, 0.0}}}},
+                                   {later, SonarHits{{{-1.0, 0.0}}}}};
       for (const Event& broken : bad) {
         const GaussianSe2 before = disturbed.global_T_vehicle();
         EXPECT_THROW(disturbed.feed(broken), Error) << "record " << broken.record.index();

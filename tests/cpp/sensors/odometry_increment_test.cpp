@@ -25,6 +25,19 @@ TEST(OdometryIncrement, M8_MovesInTheFrameOfTheOldPose) {
   EXPECT_NEAR((prediction.Q - expected).norm(), 0.0, 1e-12);
 }
 
+TEST(OdometryIncrement, DistancesAreCalibratedHeadingsAndNoiseAreNot) {
+  OdometryIncrement measured;
+  measured.old_T_new.mean = {2.0, -1.0, 0.3};
+  measured.old_T_new.covariance = Eigen::Vector3d(0.01, 0.04, 0.09).asDiagonal();
+  IncrementsConfig config;
+  config.distance_scale = 0.9;
+  const GaussianSe2 truer = calibrated(measured, config).old_T_new;
+  EXPECT_NEAR(truer.mean.x, 1.8, 1e-12);
+  EXPECT_NEAR(truer.mean.y, -0.9, 1e-12);
+  EXPECT_EQ(truer.mean.heading, 0.3);
+  EXPECT_EQ(truer.covariance, measured.old_T_new.covariance);
+}
+
 TEST(OdometryIncrement, M8_Jacobians) {
   Rng rng(71);
   for (int point = 0; point < kJacobianPoints; ++point) {

@@ -26,6 +26,8 @@ class EventLog {
                     const Eigen::Ref<const Eigen::MatrixXd>& covariance, const std::optional<std::vector<std::int64_t>>& landmark_id);
   /// range_m: n x beams; ranges that are not finite mean no return.
   void add_scans(const Column& time_s, const Eigen::Ref<const Eigen::MatrixXd>& range_m, double first_angle_rad, double step_rad);
+  /// Hits of a forward-looking sonar; consecutive rows of equal time form one image.
+  void add_sonar_hits(const Column& time_s, const Column& range_m, const Column& bearing_rad);
   void add(Event event) {
     events_.push_back(std::move(event));
     sorted_ = false;

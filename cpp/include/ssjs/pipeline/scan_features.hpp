@@ -5,6 +5,7 @@
 
 #include "ssjs/features/event.hpp"
 #include "ssjs/features/feature.hpp"
+#include "ssjs/features/sonar_point_detector.hpp"
 #include "ssjs/features/tree_detector.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
 
@@ -16,8 +17,11 @@ namespace ssjs {
 /// Trunks of a laser scan as usable features with the configured noise.
 [[nodiscard]] Features detect_features(const LaserScan& scan, const TreeDetectorConfig& trees, const RangeBearingConfig& sensor);
 
+/// Point targets of a sonar image as usable features: the configured noise and the covariance of each centre.
+[[nodiscard]] Features detect_features(const SonarHits& image, const SonarPointConfig& points, const RangeBearingConfig& sensor);
+
 /// The usable features of an observation of any kind; nothing for odometry.
-[[nodiscard]] std::optional<Features> observed_features(const Event& event, const TreeDetectorConfig& trees,
+[[nodiscard]] std::optional<Features> observed_features(const Event& event, const TreeDetectorConfig& trees, const SonarPointConfig& points,
                                                         const RangeBearingConfig& sensor);
 
 }  // namespace ssjs

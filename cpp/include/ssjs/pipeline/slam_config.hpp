@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
+#include "ssjs/features/persistence_filter.hpp"
+#include "ssjs/features/sonar_point_detector.hpp"
 #include "ssjs/features/tree_detector.hpp"
 #include "ssjs/joining/augmented.hpp"
 #include "ssjs/joining/compressed.hpp"
@@ -15,6 +17,7 @@
 #include "ssjs/mapping/submap_builder.hpp"
 #include "ssjs/pipeline/smoother.hpp"
 #include "ssjs/sensors/ackerman.hpp"
+#include "ssjs/sensors/odometry_increment.hpp"
 #include "ssjs/sensors/range_bearing.hpp"
 #include "ssjs/sensors/unicycle.hpp"
 
@@ -38,6 +41,7 @@ struct VehicleConfig {
   VehicleKind kind = VehicleKind::kAckerman;
   AckermanConfig ackerman;
   UnicycleConfig unicycle;
+  IncrementsConfig increments;
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("kind", kind,
@@ -46,6 +50,7 @@ struct VehicleConfig {
              "motion model: steering and wheel speed, speed and turn rate, or measured pose increments");
     v.section("ackerman", ackerman, "car-like vehicle");
     v.section("unicycle", unicycle, "speed and turn rate");
+    v.section("increments", increments, "measured pose increments");
   }
 };
 
@@ -54,6 +59,8 @@ struct SlamConfig {
   VehicleConfig vehicle;
   RangeBearingConfig sensor;
   TreeDetectorConfig trees;
+  SonarPointConfig sonar_points;
+  PersistenceConfig persistence;
   ScanAssociationConfig association;
   SubmapBuilderConfig submap;
   SelectiveJoinerConfig joining;
@@ -82,6 +89,8 @@ struct SlamConfig {
     v.section("vehicle", vehicle, "how the vehicle moves");
     v.section("sensor", sensor, "range and bearing of landmarks");
     v.section("trees", trees, "landmarks from laser scans");
+    v.section("sonar_points", sonar_points, "landmarks from the hits of a forward-looking sonar");
+    v.section("persistence", persistence, "observations that earlier scans must confirm");
     v.section("association", association, "which observation is of which landmark");
     v.section("submap", submap, "local maps");
     v.section("joining", joining, "the global level");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ssjs/features/event.hpp"
+#include "ssjs/features/persistence_filter.hpp"
 #include "ssjs/joining/mapper.hpp"
 #include "ssjs/pipeline/final_trajectory.hpp"
 #include "ssjs/pipeline/motion.hpp"
@@ -51,6 +52,7 @@ class SlamPipeline {
   SlamConfig config_;
   std::unique_ptr<Mapper> mapper_;
   OdometryMotion motion_;
+  PersistenceFilter persistence_;
   Se2 dead_reckoning_;
   std::optional<double> time_s_;
   bool finished_ = false;

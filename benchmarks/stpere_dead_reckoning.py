@@ -1,0 +1,76 @@
+"""Dead reckoning of the Sant Pere log: DVL and AHRS as imported, against DGPS. Shows that signs, units, clocks and mountings are right.
+
+    python benchmarks/stpere_dead_reckoning.py MISSION_DIR
+
+The offset of the AHRS's yaw from north is estimated from the first quarter of the log alone, and the start from its first fix; the error is
+of all fixes, nothing else aligned.
+"""
+
+import argparse
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ssjs_cli.formats.mission import Fixes, read_mission
+from ssjs_cli.formats.navigation import UnderwaterNavigation
+from ssjs_cli.formats.number_table import FloatArray
+from ssjs_cli.formats.stpere import rotation
+
+
+def dead_reckoning(navigation: UnderwaterNavigation) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) and positions (n, 2) in the horizontal frame of the AHRS. A velocity holds on until the next one with bottom lock."""
+    velocity = navigation.velocity
+    if velocity is None:
+        raise SystemExit("the mission holds no dvl.csv")
+    time_s = velocity.time_s[velocity.bottom_lock]
+    attitude = navigation.attitude
+    angles = [np.interp(time_s, attitude.time_s, np.unwrap(column)) for column in attitude.angles_rad.T]
+    body = velocity.velocity_m_s[velocity.bottom_lock]
+    level = np.array([(rotation(*angle) @ v)[:2] for angle, v in zip(np.transpose(angles), body, strict=True)])
+    steps = 0.5 * (level[1:] + level[:-1]) * np.diff(time_s)[:, None]
+    return time_s, np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
+
+
+def turned(position: FloatArray, angle_rad: float) -> FloatArray:
+    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+    return position @ np.array([[cos, sin], [-sin, cos]])
+
+
+def yaw_offset(moved: FloatArray, reference: FloatArray) -> float:
+    """The turn that takes the moved positions nearest to the reference, both about their means."""
+    a, b = moved - moved.mean(axis=0), reference - reference.mean(axis=0)
+    return math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
+
+
+def score(time_s: FloatArray, position: FloatArray, fixes: Fixes, quarter: float = 0.25) -> dict[str, float]:
+    inside = (fixes.time_s >= time_s[0]) & (fixes.time_s <= time_s[-1])
+    fix_time_s, reference = fixes.time_s[inside], fixes.position_m[inside]
+    at_fix = np.column_stack([np.interp(fix_time_s, time_s, column) for column in position.T])
+    early = fix_time_s <= time_s[0] + quarter * (time_s[-1] - time_s[0])
+    offset = yaw_offset(at_fix[early], reference[early])
+    error = turned(at_fix - at_fix[0], offset) + reference[0] - reference
+    distance = np.hypot(error[:, 0], error[:, 1])
+    return {
+        "fixes": int(inside.sum()),
+        "fixes_used_for_offset": int(early.sum()),
+        "yaw_offset_deg": round(math.degrees(offset), 2),
+        "rmse_m": round(float(np.sqrt((distance**2).mean())), 3),
+        "max_m": round(float(distance.max()), 3),
+        "final_m": round(float(distance[-1]), 3),
+        "path_m": round(float(np.hypot(*np.diff(position, axis=0).T).sum()), 1),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("mission", type=Path)
+    mission = read_mission(parser.parse_args().mission)
+    if mission.navigation is None or mission.reference.fixes is None:
+        raise SystemExit("the mission needs imu.csv, dvl.csv and reference_fixes.csv")
+    print(json.dumps(score(*dead_reckoning(mission.navigation), mission.reference.fixes), indent=2))
+
+
+if __name__ == "__main__":
+    main()
