@@ -98,10 +98,21 @@ def test_what_the_reader_decided(folder: Path) -> None:
 
 
 def test_the_supplied_hit_is_bright(folder: Path) -> None:
+    """The sample of the hit counts along the bottom: at 3.75 m altitude it is 5.5 m from the sonar, where the hull clips the recorder.
+    As a slant range it would be 0.2 m above the first echo of the bottom."""
     channel, sample, ping = map(int, (folder / f"{LOG}.hits").read_text().split())
     log = _core.SonarLog(str(folder / LOG))
     block = log.read(1000)
     assert block is not None
-    picture = np.array([channels[channel]["samples"] for channels in block["channels"]])
-    wreck = picture[ping - 3 : ping + 4, sample - 3 : sample + 4]
-    assert np.median(wreck) >= 2.0 * np.median(picture[:, sample - 3 : sample + 4])
+    strengths = np.array([channels[channel]["samples"] for channels in block["channels"]])
+    per_sample_m = block["channels"][ping][channel]["sample_interval_s"] * 1500.0 / 2.0
+
+    def brightest(chosen: int) -> float:
+        """Within 0.6 m of the hit's place across the track."""
+        slant = round(np.hypot(sample * per_sample_m, block["pings"]["altitude_m"][chosen]) / per_sample_m)
+        return float(strengths[chosen, slant - 20 : slant + 21].max())
+
+    on_wreck = [brightest(chosen) for chosen in range(ping - 5, ping + 6)]
+    beside_it = [brightest(chosen) for chosen in range(400, 460)]
+    assert min(on_wreck) == 32767.0
+    assert np.median(beside_it) < 0.8 * 32767.0

@@ -111,7 +111,7 @@ def test_a_length_too_short_is_found_out(tmp_path: Path) -> None:
 
 def test_the_magic_number_among_samples_is_no_packet(tmp_path: Path) -> None:
     samples = np.full(200, 0xFACE, dtype=np.uint16)
-    header, pings = xtf_pings(3)
+    header = xtf.file_header()
     full = [xtf.ping(number, (samples, samples)) for number in range(3)]
     damaged = bytearray(full[1])
     damaged[0:2] = b"\0\0"
