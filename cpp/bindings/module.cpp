@@ -51,4 +51,5 @@ PYBIND11_MODULE(_core, module) {
   add_imaging(module);
   add_segmentation(module);
   add_cascade(module);
+  add_io(module);
 }
