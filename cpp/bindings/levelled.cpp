@@ -90,6 +90,7 @@ py::dict to_python(const LevelledResult& result) {
   dict["online_covariance"] = result.online_covariance;
   dict["dead_reckoning"] = result.dead_reckoning;
   dict["submap"] = integers(result.submap);
+  dict["tick_time_s"] = result.tick_time_s;
   dict["step_time_us"] = result.step_time_us;
   dict["landmarks"] = landmark_dict(result);
   dict["updates"] = update_dict(result.updates);

@@ -72,6 +72,14 @@ ESTIMATOR = SettingsKind(
 )
 
 
+UNDERWATER = SettingsKind(
+    "UnderwaterSettings",
+    "split.max_landmarks=20",
+    lambda: described_by_core(_core.levelled_config_fields()),
+    lambda values: _core.validate_levelled_config(values),
+)
+
+
 @cache
 def field_descriptions(kind: SettingsKind = ESTIMATOR) -> Mapping[str, FieldDescription]:
     """Every setting by its dotted key, in the order in which they are described."""

@@ -15,10 +15,13 @@ from ssjs_cli import _core
 from ssjs_cli.config import (
     ASSOCIATION_KEY,
     DEFAULT_SEED,
+    ESTIMATOR,
     METHOD_KEY,
+    UNDERWATER,
     VEHICLE_KEY,
     Layer,
     Settings,
+    SettingsKind,
     checked_seed,
     layer_from_assignments,
     layer_from_file,
@@ -46,6 +49,7 @@ from ssjs_cli.formats.run_directory import (
 from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
+from ssjs_cli.underwater_log import build_navigation_log, rotation_drive
 
 RUN_KIND = "run directory"
 RANGE_SIGMA_KEY = "sensor.range_sigma_m"
@@ -95,25 +99,39 @@ class _Stopwatch:
 
 def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> tuple[Settings, int]:
     """defaults < mission.toml [settings] < --config file < --set < flags; the seed: default < file < --seed."""
-    layers = [layer_from_tables(mission.settings, f"{directory / MISSION_FILE} [settings]")]
+    kind = settings_kind(mission)
+    layers = [layer_from_tables(mission.settings, f"{directory / MISSION_FILE} [settings]", kind)]
     file_seed = None
     if request.config_path is not None:
-        layer, file_seed = layer_from_file(request.config_path)
+        layer, file_seed = layer_from_file(request.config_path, kind)
         layers.append(layer)
-    layers.append(layer_from_assignments(request.assignments))
-    layers.append(layer_from_flag("--method", METHOD_KEY, request.method))
-    layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association))
+    layers.append(layer_from_assignments(request.assignments, kind))
+    layers.append(layer_from_flag("--method", METHOD_KEY, request.method, kind))
+    layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
+    if kind is UNDERWATER:
+        refuse_planar_options(request, directory)
+        layers.insert(0, rotation_drive(mission, directory))
     layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
     if mission.odometry is not None and all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
     seed = request.seed if request.seed is not None else file_seed
-    return resolve(layers), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+    return resolve(layers, kind), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+
+
+def settings_kind(mission: Mission) -> SettingsKind:
+    return UNDERWATER if mission.odometry is None else ESTIMATOR
+
+
+def refuse_planar_options(request: RunRequest, directory: Path) -> None:
+    for flag, given in (("--calibrate", request.calibrate), ("--smooth", request.smooth)):
+        if given:
+            raise UserError(f"{flag}: is for vehicles with odometry in the plane, and {directory} is an underwater mission; leave it out")
 
 
 def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[str]) -> Any:
     """The records of a mission as the estimator takes them."""
     if mission.odometry is None:
-        raise UserError(f"{directory}: holds no odometry.csv; the methods of `run` need odometry in the plane")
+        return build_navigation_log(mission, directory, lost)
     kind = settings.values[VEHICLE_KEY]
     if kind != mission.odometry.kind:
         raise UserError(
@@ -205,7 +223,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     lost: list[str] = []
     warnings: list[str] = []
     log = build_log(mission, settings, directory, lost)
-    if mission.observations is None and mission.scans is None and mission.sonar_hits is None:
+    if not mission.has_observations:
         warnings.append("the mission holds no observations: the answer is dead reckoning")
         session.warn(f"{directory}: {warnings[-1]}")
     stopwatch.lap("read")
@@ -245,6 +263,8 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
 
 def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Callable[[float], bool]) -> dict[str, Any]:
     try:
+        if isinstance(log, _core.NavigationLog):
+            return _core.run_levelled(dict(settings), log, progress)
         return _core.run(dict(settings), log, seed, progress)
     except ValueError as error:
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error

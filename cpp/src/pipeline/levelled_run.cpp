@@ -80,7 +80,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   const std::size_t report_every = std::max<std::size_t>(1, n / 1000);
   std::vector<Remembered> by_tick;
   by_tick.reserve(n);
-  result.step_time_us.resize(static_cast<Eigen::Index>(n));
+  for (Eigen::VectorXd* const of_tick : {&result.tick_time_s, &result.step_time_us}) of_tick->resize(static_cast<Eigen::Index>(n));
   const auto begin = Clock::now();
   auto asked = begin;
   const auto ask = [&](double fraction) {
@@ -94,6 +94,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
     const auto step_begin = Clock::now();
     const LevelledReport step = pipeline.feed(ticks[i]);
     result.step_time_us(static_cast<Eigen::Index>(i)) = 1e6 * std::chrono::duration<double>(Clock::now() - step_begin).count();
+    result.tick_time_s(static_cast<Eigen::Index>(i)) = ticks[i].time_s;
     by_tick.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
     if (step.update.dof > 0) result.updates.push_back({ticks[i].time_s, step.update.nis, step.update.dof});
     result.observations += step.observations;

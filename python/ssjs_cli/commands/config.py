@@ -14,14 +14,14 @@ from ssjs_cli.session import Session
 if TYPE_CHECKING:
     from ssjs_cli.config import SettingsKind
 
-OF_RUN, OF_SEGMENTATION = "run", "segmentation"
+OF_RUN, OF_UNDERWATER, OF_SEGMENTATION = "run", "underwater", "segmentation"
 
 
 def _kind_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    text = "Settings of `run` and its studies, or of `segment`."
-    return click.option("--of", "kind_name", type=click.Choice((OF_RUN, OF_SEGMENTATION)), default=OF_RUN, show_default=True, help=text)(
-        command
-    )
+    text = "Settings of `run` and its studies on land, of `run` under water, or of `segment`."
+    return click.option(
+        "--of", "kind_name", type=click.Choice((OF_RUN, OF_UNDERWATER, OF_SEGMENTATION)), default=OF_RUN, show_default=True, help=text
+    )(command)
 
 
 def _kind(name: str) -> "SettingsKind":
@@ -29,9 +29,9 @@ def _kind(name: str) -> "SettingsKind":
         from ssjs_cli.segmentation.settings import SEGMENTATION
 
         return SEGMENTATION
-    from ssjs_cli.config import ESTIMATOR
+    from ssjs_cli.config import ESTIMATOR, UNDERWATER
 
-    return ESTIMATOR
+    return UNDERWATER if name == OF_UNDERWATER else ESTIMATOR
 
 
 @click.group()

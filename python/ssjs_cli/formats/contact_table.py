@@ -106,7 +106,8 @@ def contact_rows(contacts: Sequence[Contact], geodetic: Geodetic | None) -> list
         if geodetic is not None:
             (row["longitude_deg"], row["latitude_deg"]), (row["easting_m"], row["northing_m"]) = places[index], utm[index]
             row["epsg"] = epsg
-            row["azimuth_deg"] = (azimuth + geodetic.heading_deg) % 180.0
+            clockwise = azimuth if geodetic.y_axis == "left" else -azimuth
+            row["azimuth_deg"] = (clockwise + geodetic.heading_deg) % 180.0
         if contact.time_s is not None and contact.time_s >= CALENDAR_TIMES_FROM_S:
             row["time_utc"] = datetime.fromtimestamp(contact.time_s, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         rows.append(row)
@@ -114,7 +115,8 @@ def contact_rows(contacts: Sequence[Contact], geodetic: Geodetic | None) -> list
 
 
 def error_ellipse(covariance_m2: Sequence[float]) -> tuple[float, float, float]:
-    """Sigmas along the longer and the shorter axis, and the longer axis' angle clockwise from the x axis in degrees, [0, 180)."""
+    """Sigmas along the longer and the shorter axis, and the longer axis' angle away from the y axis, counted from the x axis in degrees,
+    [0, 180): clockwise where y lies to the left."""
     xx, xy, yy = covariance_m2
     (minor, major), axes = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))
     angle = -np.degrees(np.arctan2(axes[1, 1], axes[0, 1])) % 180.0

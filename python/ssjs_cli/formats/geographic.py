@@ -13,7 +13,7 @@ from ssjs_cli.formats.number_table import FloatArray
 def to_longitude_latitude(position_m: FloatArray, geodetic: Geodetic) -> FloatArray:
     """(n, 2) x, y of the global frame to (n, 2) longitude, latitude in degrees. The global frame is the plane that touches WGS 84
     at the origin, from where a point goes to its foot on the ellipsoid."""
-    east_north = _turned(position_m, geodetic, -1.0)
+    east_north = _turned(position_m * _y_sign(geodetic), geodetic, -1.0)
     longitude, latitude, _ = _tangent_plane(geodetic).transform(
         east_north[:, 0], east_north[:, 1], np.zeros(len(position_m)), direction="INVERSE"
     )
@@ -25,7 +25,7 @@ def from_longitude_latitude(longitude_latitude_deg: FloatArray, geodetic: Geodet
     ellipsoid, and a length on it is 1 in a million too long."""
     longitude, latitude = longitude_latitude_deg.T
     east, north, _ = _tangent_plane(geodetic).transform(longitude, latitude, np.zeros(len(longitude)))
-    return _turned(np.column_stack([east, north]), geodetic, 1.0)
+    return _turned(np.column_stack([east, north]), geodetic, 1.0) * _y_sign(geodetic)
 
 
 def utm_epsg(longitude_deg: float, latitude_deg: float) -> int:
@@ -50,6 +50,10 @@ def _turned(position_m: FloatArray, geodetic: Geodetic, sign: float) -> FloatArr
     cosine, sine = math.cos(angle), math.sin(angle)
     x, y = position_m.T
     return np.column_stack([x * cosine - y * sine, x * sine + y * cosine])
+
+
+def _y_sign(geodetic: Geodetic) -> FloatArray:
+    return np.array([1.0, 1.0 if geodetic.y_axis == "left" else -1.0])
 
 
 # PROJ is loaded where it is needed, for it takes a while.

@@ -64,6 +64,8 @@ ODOMETRY_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 POLAR_COLUMNS = ("range_m", "bearing_rad")
 CARTESIAN_COLUMNS = ("x_m", "y_m")
+POINT_COLUMNS = ("x_m", "y_m", "z_m")
+POINT_SIGMA_COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m")
 COVARIANCE_COLUMNS = ("var_range_m2", "cov_range_bearing", "var_bearing_rad2")
 SCAN_ARRAYS = ("time_s", "range_m", "first_angle_rad", "step_rad")
 MAX_SCANS_BYTES = 4 * 1024**3
@@ -85,11 +87,13 @@ class MissionDescription(_Table):
 
 
 class Geodetic(_Table):
-    """Where the global frame's origin lies and where its x axis points (degrees clockwise from north; 90 is east)."""
+    """Where the global frame's origin lies and where its x axis points (degrees clockwise from north; 90 is east). The y axis lies to
+    the left of it, as on land, or to the right, as under water, where z points down."""
 
     origin_latitude_deg: float = Field(ge=-90.0, le=90.0)
     origin_longitude_deg: float = Field(ge=-180.0, le=180.0)
     heading_deg: float = Field(default=90.0, ge=-360.0, le=360.0)
+    y_axis: Literal["left", "right"] = "left"
 
 
 class ReferenceDescription(_Table):
@@ -143,6 +147,17 @@ class Observations:
     bearing_rad: FloatArray
     covariance: FloatArray | None = None
     landmark_id: IntArray | None = None
+
+
+@dataclass(frozen=True)
+class BodyPoints:
+    """Points seen by an underwater vehicle: time_s (n,); position_m (n, 3), body frame (forward, starboard, down); landmark_id as in
+    Observations; sigma_m (n, 3) where the source gives it."""
+
+    time_s: FloatArray
+    position_m: FloatArray
+    landmark_id: IntArray | None = None
+    sigma_m: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -208,11 +223,16 @@ class Mission:
     observations: Observations | None = None
     scans: Scans | None = None
     sonar_hits: SonarHits | None = None
+    points: BodyPoints | None = None
     navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
     geodetic: Geodetic | None = None
     import_record: ImportRecord | None = None
+
+    @property
+    def has_observations(self) -> bool:
+        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points))
 
     @property
     def time_s(self) -> FloatArray:
@@ -265,7 +285,8 @@ def read_mission(path: Path) -> Mission:
         description=document.mission.description,
         notes=document.mission.notes,
         odometry=_read_odometry(directory / ODOMETRY_FILE) if has_odometry else None,
-        observations=_read_observations(directory / OBSERVATIONS_FILE),
+        observations=_read_observations(directory / OBSERVATIONS_FILE) if has_odometry else None,
+        points=None if has_odometry else _read_points(directory / OBSERVATIONS_FILE),
         scans=_read_scans(directory / SCANS_FILE),
         sonar_hits=_read_sonar_hits(directory / SONAR_HITS_FILE),
         navigation=navigation,
@@ -369,6 +390,21 @@ def _read_observations(path: Path) -> Observations | None:
         _require_definite_covariance(table)
         covariance = table.stacked(COVARIANCE_COLUMNS)
     return Observations(table["time_s"], range_m, bearing_rad, covariance, landmark_ids(table))
+
+
+def _read_points(path: Path) -> BodyPoints | None:
+    if not path.is_file():
+        return None
+    has_sigma = any(name in read_header(path) for name in POINT_SIGMA_COLUMNS)
+    sigma_columns = POINT_SIGMA_COLUMNS if has_sigma else ()
+    table = read_table(path, required=("time_s", *POINT_COLUMNS, *sigma_columns), optional=("landmark_id",), may_be_empty=("landmark_id",))
+    if table.rows == 0:
+        return None
+    require_times_in_order(table)
+    for name in sigma_columns:
+        require_positive(table, name)
+    sigma_m = table.stacked(POINT_SIGMA_COLUMNS) if has_sigma else None
+    return BodyPoints(table["time_s"], table.stacked(POINT_COLUMNS), landmark_ids(table), sigma_m)
 
 
 def _require_definite_covariance(table: NumberTable) -> None:
@@ -494,6 +530,8 @@ def write_mission(directory: Path, mission: Mission) -> None:
         write_navigation(directory, mission.navigation)
     if mission.observations is not None:
         _write_observations(directory / OBSERVATIONS_FILE, mission.observations)
+    if mission.points is not None:
+        _write_points(directory / OBSERVATIONS_FILE, mission.points)
     if mission.scans is not None:
         _write_scans(directory / SCANS_FILE, mission.scans)
     if mission.sonar_hits is not None:
@@ -515,6 +553,26 @@ def _write_observations(path: Path, observations: Observations) -> None:
         columns += list(observations.covariance.T)
         formats += [EXACT] * 3
     write_table(path, ",".join(names), columns, formats)
+
+
+def _write_points(path: Path, points: BodyPoints) -> None:
+    names = ["time_s", *POINT_COLUMNS]
+    columns: list[FloatArray | IntArray] = [points.time_s, *points.position_m.T]
+    formats = [EXACT] * 4
+    if points.sigma_m is not None:
+        names += POINT_SIGMA_COLUMNS
+        columns += list(points.sigma_m.T)
+        formats += [EXACT] * 3
+    if points.landmark_id is not None:
+        names.append("landmark_id")
+        columns.append(_shown_ids(points.landmark_id))
+        formats.append(TEXT)
+    write_table(path, ",".join(names), columns, formats)
+
+
+def _shown_ids(ids: IntArray) -> Any:
+    """Text, empty where the landmark is not known."""
+    return np.where(ids != UNKNOWN_LANDMARK, ids.astype(str), "")
 
 
 def _write_scans(path: Path, scans: Scans) -> None:

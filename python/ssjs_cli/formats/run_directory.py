@@ -77,6 +77,13 @@ RUN_FILES = (
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"
 COVARIANCE_NAMES = tuple(COVARIANCE_HEADER.split(","))
+# x, y, depth, roll, pitch, heading: an underwater vehicle's.
+SPACE_AXES = "xyzrph"
+SPACE_COVARIANCE_NAMES = (
+    "time_s",
+    *(f"{'var' if i == j else 'cov'}_{SPACE_AXES[i]}{SPACE_AXES[j]}" for i in range(6) for j in range(i, 6)),
+)
+PLANAR_NAMES = ("var_xx", "cov_xy", "cov_xh", "var_yy", "cov_yh", "var_hh")
 LANDMARK_HEADER = "id,x_m,y_m,z_m,var_xx,cov_xy,cov_xz,var_yy,cov_yz,var_zz,times_seen,submap"
 ERROR_HEADER = "time_s,error_m,is_outlier,error_x_m,error_y_m,sigma_x_m,sigma_y_m,sigma_major_m"
 
@@ -117,7 +124,8 @@ REFERENCE_KEYS = (
 
 @dataclass(frozen=True)
 class Landmarks:
-    """ids (l,): those of the source where `ids_are_of_source`, row numbers otherwise; position (l, 2); covariance (l, 3) xx xy yy."""
+    """ids (l,): those of the source where `ids_are_of_source`, row numbers otherwise; position (l, 2); covariance (l, 3) xx xy yy.
+    depth_m (l,) and depth_covariance (l, 3) xz yz zz under water."""
 
     ids: IntArray
     ids_are_of_source: bool
@@ -125,6 +133,8 @@ class Landmarks:
     covariance: FloatArray
     times_seen: IntArray
     submap: IntArray
+    depth_m: FloatArray | None = None
+    depth_covariance: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -142,7 +152,8 @@ class Bases:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a reference is compared with. Series have one row per fed event; covariances (n, 6) are upper triangles."""
+    """What a reference is compared with. Series have one row per fed event, or, under water, per remembered step; covariances (n, 6) are
+    upper triangles of x, y, heading, and space_covariances (n, 21) those of x, y, depth, roll, pitch, heading: final and online."""
 
     final: PoseSeries
     final_covariance: FloatArray
@@ -152,6 +163,7 @@ class Estimate:
     landmarks: Landmarks
     bases: Bases | None
     update_time_s: FloatArray
+    space_covariances: tuple[FloatArray, FloatArray] | None = None
 
 
 def why_not_a_run(directory: Path) -> str | None:
@@ -199,18 +211,37 @@ def numbers_of(value: Any) -> Any:
 
 def landmarks_of(result: Mapping[str, Any]) -> Landmarks:
     landmarks = result["landmarks"]
-    position = np.asarray(landmarks["position"], dtype=np.float64).reshape(-1, 2)
+    position = np.asarray(landmarks["position"], dtype=np.float64)
+    covariance = np.asarray(landmarks["covariance"], dtype=np.float64)
+    in_space = position.shape[1] == 3
     identities = list(landmarks["landmark_id"])
     of_source = bool(identities) and all(identity is not None for identity in identities)
     ids = np.array(identities if of_source else range(len(position)), dtype=np.int64)
     return Landmarks(
         ids,
         of_source,
-        position,
-        np.asarray(landmarks["covariance"], dtype=np.float64).reshape(-1, 3),
+        position[:, :2],
+        covariance[:, [0, 1, 3]] if in_space else covariance,
         np.asarray(landmarks["times_seen"], dtype=np.int64),
         np.asarray(landmarks["submap"], dtype=np.int64),
+        position[:, 2] if in_space else None,
+        covariance[:, [2, 4, 5]] if in_space else None,
     )
+
+
+def _poses(time_s: FloatArray, pose: Any) -> PoseSeries:
+    """pose (n, 3) x, y, heading, or (n, 6) x, y, depth, roll, pitch, heading"""
+    values = np.asarray(pose, dtype=np.float64)
+    if values.shape[1] == 3:
+        return PoseSeries(time_s, values)
+    return PoseSeries(time_s, values[:, [0, 1, 5]], values[:, [2, 3, 4]])
+
+
+def _planar(covariance: FloatArray) -> FloatArray:
+    """(n, 6) of the plane out of (n, 21) of space; planar ones stay as they are."""
+    if covariance.shape[1] == len(PLANAR_NAMES):
+        return covariance
+    return covariance[:, [SPACE_COVARIANCE_NAMES.index(name) - 1 for name in PLANAR_NAMES]]
 
 
 def estimate_of(result: Mapping[str, Any]) -> Estimate:
@@ -218,12 +249,13 @@ def estimate_of(result: Mapping[str, Any]) -> Estimate:
     time_s = np.asarray(result["time_s"], dtype=np.float64)
     submaps = result["submaps"]  # submap k starts at base k
     joint = result["joint_base_covariance"]
+    covariance, online_covariance = (np.asarray(result[key], dtype=np.float64) for key in ("covariance", "online_covariance"))
     return Estimate(
-        final=PoseSeries(time_s, np.asarray(result["pose"], dtype=np.float64)),
-        final_covariance=np.asarray(result["covariance"], dtype=np.float64),
-        online=PoseSeries(time_s, np.asarray(result["online_pose"], dtype=np.float64)),
-        online_covariance=np.asarray(result["online_covariance"], dtype=np.float64),
-        dead_reckoning=PoseSeries(time_s, np.asarray(result["dead_reckoning"], dtype=np.float64)),
+        final=_poses(time_s, result["pose"]),
+        final_covariance=_planar(covariance),
+        online=_poses(time_s, result["online_pose"]),
+        online_covariance=_planar(online_covariance),
+        dead_reckoning=_poses(time_s, result["dead_reckoning"]),
         landmarks=landmarks_of(result),
         bases=Bases(
             np.array([submap["start_time_s"] for submap in submaps], dtype=np.float64),
@@ -232,6 +264,7 @@ def estimate_of(result: Mapping[str, Any]) -> Estimate:
             None if joint is None else np.asarray(joint, dtype=np.float64)[: 3 * len(submaps), : 3 * len(submaps)],
         ),
         update_time_s=np.asarray(result["updates"]["time_s"], dtype=np.float64),
+        space_covariances=(covariance, online_covariance) if covariance.shape[1] > len(PLANAR_NAMES) else None,
     )
 
 
@@ -240,11 +273,15 @@ def write_estimate(directory: Path, estimate: Estimate, result: Mapping[str, Any
     write_tum(directory / TRAJECTORY_FILE, estimate.final)
     write_tum(directory / ONLINE_FILE, estimate.online)
     write_tum(directory / DEAD_RECKONING_FILE, estimate.dead_reckoning)
-    for name, covariance in ((COVARIANCE_FILE, estimate.final_covariance), (ONLINE_COVARIANCE_FILE, estimate.online_covariance)):
-        write_table(directory / name, COVARIANCE_HEADER, [estimate.final.time_s, *covariance.T], [EXACT, *[SCIENTIFIC] * 6])
+    covariances = estimate.space_covariances or (estimate.final_covariance, estimate.online_covariance)
+    names = COVARIANCE_NAMES if estimate.space_covariances is None else SPACE_COVARIANCE_NAMES
+    for name, covariance in zip((COVARIANCE_FILE, ONLINE_COVARIANCE_FILE), covariances, strict=True):
+        columns = [estimate.final.time_s, *covariance.T]
+        write_table(directory / name, ",".join(names), columns, [EXACT, *[SCIENTIFIC] * covariance.shape[1]])
     time_s = estimate.final.time_s
     write_table(directory / TRAJECTORY_SUBMAPS_FILE, "time_s,submap", [time_s, np.asarray(result["submap"])], [EXACT, WHOLE])
-    write_table(directory / STEP_TIMES_FILE, "time_s,step_time_us", [time_s, np.asarray(result["step_time_us"])], [EXACT, "%.3f"])
+    step_times = [np.asarray(result.get("tick_time_s", time_s)), np.asarray(result["step_time_us"])]
+    write_table(directory / STEP_TIMES_FILE, "time_s,step_time_us", step_times, [EXACT, "%.3f"])
     updates = result["updates"]
     write_table(
         directory / CONSISTENCY_FILE,
@@ -268,11 +305,16 @@ def write_estimate(directory: Path, estimate: Estimate, result: Mapping[str, Any
 
 def _write_landmarks(path: Path, landmarks: Landmarks) -> None:
     """The world of a planar vehicle is flat: z and its covariance are zero."""
-    zero = np.zeros(len(landmarks.ids))
     xx, xy, yy = landmarks.covariance.T
-    columns: list[FloatArray | IntArray] = [landmarks.ids, *landmarks.position.T, zero, xx, xy, zero, yy, zero, zero]
+    z = xz = yz = zz = np.zeros(len(landmarks.ids))
+    of_z, of_z_covariance = "%.0f", "%.0f"
+    if landmarks.depth_m is not None and landmarks.depth_covariance is not None:
+        z, (xz, yz, zz) = landmarks.depth_m, landmarks.depth_covariance.T
+        of_z, of_z_covariance = FIXED, SCIENTIFIC
+    columns: list[FloatArray | IntArray] = [landmarks.ids, *landmarks.position.T, z, xx, xy, xz, yy, yz, zz]
     columns += [landmarks.times_seen, landmarks.submap]
-    formats = [WHOLE, FIXED, FIXED, "%.0f", SCIENTIFIC, SCIENTIFIC, "%.0f", SCIENTIFIC, "%.0f", "%.0f", WHOLE, WHOLE]
+    planar, deep = SCIENTIFIC, of_z_covariance
+    formats = [WHOLE, FIXED, FIXED, of_z, planar, planar, deep, planar, deep, deep, WHOLE, WHOLE]
     write_table(path, LANDMARK_HEADER, columns, formats)
 
 
@@ -311,10 +353,11 @@ def read_estimate(directory: Path) -> Estimate:
 
 
 def _read_covariance(path: Path, rows: int) -> FloatArray:
-    table = read_table(path, required=COVARIANCE_NAMES)
+    """Of x, y, heading, whichever the file holds."""
+    table = read_table(path, required=COVARIANCE_NAMES, other_columns_allowed=True)
     if table.rows != rows:
         raise UserError(f"{path}: has {table.rows} rows where the trajectory has {rows}; run the mission again")
-    return table.stacked(COVARIANCE_NAMES[1:])
+    return table.stacked(PLANAR_NAMES)
 
 
 def _read_landmarks(path: Path, ids_are_of_source: bool) -> Landmarks:

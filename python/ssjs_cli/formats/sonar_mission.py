@@ -148,7 +148,7 @@ def _origin(pings: Columns) -> Geodetic | None:
     if not len(known):
         return None
     latitude, longitude = pings["latitude_deg"][known[0]], pings["longitude_deg"][known[0]]
-    return Geodetic(origin_latitude_deg=float(latitude), origin_longitude_deg=float(longitude), heading_deg=0.0)
+    return Geodetic(origin_latitude_deg=float(latitude), origin_longitude_deg=float(longitude), heading_deg=0.0, y_axis="right")
 
 
 def _write_pings(path: Path, pings: Columns) -> None:

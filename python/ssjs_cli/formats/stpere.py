@@ -59,7 +59,9 @@ def read_stpere(source: Path) -> Mission:
             ReferenceDescription(alignment="none", max_gap_s=2.0),
             fixes=Fixes(dgps[:, 0], north_east_m(latitude, longitude), np.full(len(dgps), DGPS_SIGMA_M)),
         ),
-        geodetic=Geodetic(origin_latitude_deg=float(latitude[0]), origin_longitude_deg=float(longitude[0]), heading_deg=0.0),
+        geodetic=Geodetic(
+            origin_latitude_deg=float(latitude[0]), origin_longitude_deg=float(longitude[0]), heading_deg=0.0, y_axis="right"
+        ),
         import_record=ImportRecord(
             format="stpere",
             counts={

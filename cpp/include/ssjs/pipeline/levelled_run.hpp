@@ -19,7 +19,7 @@ struct LevelledResult {
   RowMatrix online_pose, online_covariance;  ///< what a pilot would have seen at the time
   RowMatrix dead_reckoning;
   std::vector<std::int64_t> submap;
-  Eigen::VectorXd step_time_us;  ///< one a tick
+  Eigen::VectorXd tick_time_s, step_time_us;  ///< one a tick
 
   std::vector<MissionResult::Update> updates;  ///< one a tick with samples that were used
   std::vector<LoopAttempt> loops;
