@@ -17,10 +17,13 @@ constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map do
 double squared(double x) { return x * x; }
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-const LevelledBuilderConfig& checked(const LevelledBuilderConfig& config) {
+LevelledBuilderConfig checked(LevelledBuilderConfig config) {
   throw_if_any(violations(config));
+  if (config.compass_use == CompassUse::kFirstReading) config.motion.compass_walk_rad_sqrt_s = 0.0;  // an offset taken for exact
   return config;
 }
+
+bool corrects_heading(CompassUse use) { return use == CompassUse::kFilter || use == CompassUse::kFirstReading; }
 
 }  // namespace
 
@@ -119,7 +122,7 @@ LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tic
   };
   if (tick.roll_pitch_rad)
     offer(NavigationSensor::kAttitude, attitude_rows(x, *tick.roll_pitch_rad, config_.attitude), config_.attitude.gate_probability);
-  if (tick.compass_rad && config_.compass_use == CompassUse::kFilter && offset_known_) {
+  if (tick.compass_rad && corrects_heading(config_.compass_use) && offset_known_) {
     offer(NavigationSensor::kCompass, compass_rows(x, *tick.compass_rad, config_.compass), config_.compass.gate_probability);
   }
   if (tick.depth_m) offer(NavigationSensor::kDepth, depth_rows(x, *tick.depth_m, config_.depth), config_.depth.gate_probability);
@@ -141,8 +144,10 @@ void LevelledBuilder::introduce_offset(double compass_rad) {
   VehiclePrediction now{x, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
   now.state(Layout::kCompassOffset) = wrap_angle(compass_rad - x(Layout::kAttitude + 2));
   now.F.row(Layout::kCompassOffset).setZero();
-  now.F(Layout::kCompassOffset, Layout::kAttitude + 2) = -1.0;
-  now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.compass.sigma_rad);
+  if (config_.compass_use == CompassUse::kFilter) {
+    now.F(Layout::kCompassOffset, Layout::kAttitude + 2) = -1.0;
+    now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.compass.sigma_rad);
+  }
   filter_.predict(now);
   VehiclePrediction at_start{now.state, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
   at_start.state(Layout::kStartOffset) = now.state(Layout::kCompassOffset);
@@ -188,7 +193,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
   for (const NavigationSensor sensor : gated.refused) ++statistics_[static_cast<std::size_t>(sensor)].refused;
   result.refused = static_cast<int>(gated.refused.size());
   result.update = filter_.update(gated.rows);
-  if (tick.compass_rad && config_.compass_use == CompassUse::kFilter && !offset_known_) introduce_offset(*tick.compass_rad);
+  if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) introduce_offset(*tick.compass_rad);
   if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
   for (const Eigen::Index i : association.fresh) {
     const SideScanSighting& sighting = tick.sightings[at(i)];
@@ -236,7 +241,7 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
   map.end_time_s = time_s_;
   map.closed_because = reason;
   std::vector<Eigen::Index> kept{Layout::kPosition, Layout::kPosition + 1, Layout::kAttitude + 2};
-  if (offset_known_) {
+  if (offset_known_ && config_.compass_use == CompassUse::kFilter) {
     const bool drifts = config_.motion.compass_walk_rad_sqrt_s > 0.0;
     map.compass = drifts ? CompassPorts::kBorders : CompassPorts::kConstant;
     if (drifts) kept.push_back(Layout::kStartOffset);

@@ -275,6 +275,23 @@ TEST(LevelledBuilder, A19_MeanOfAnUncalibratedCompass) {
   }
 }
 
+TEST(LevelledBuilder, A19_TheFirstReadingTakenForExactIsOverconfident) {
+  double link = 0.0;
+  int maps = 0;
+  const SimulatedSurvey survey = survey_of(Mission{}, 1);
+  LevelledBuilderConfig config = matched(Mission{}.simulation);
+  config.compass_use = CompassUse::kFirstReading;
+  split_every(config, 50.0);
+  for (const LevelledSubmap& map : build_maps(survey, config)) {
+    if (map.closed_because == "end") continue;
+    EXPECT_EQ(map.compass, CompassPorts::kNone);
+    link += nees(map_error(map, survey), map.covariance, 3);
+    ++maps;
+  }
+  std::printf("first reading taken for exact: link NEES %.1f of 3\n", link / maps);
+  EXPECT_GT(link / maps, 12.0);
+}
+
 TEST(LevelledBuilder, A16_JointCompatibilityFindsTheSameLandmarks) {
   for (const SideScanForm form : {SideScanForm::kPoint, SideScanForm::kFlatBottom}) {
     Mission mission = asynchronous_mission();

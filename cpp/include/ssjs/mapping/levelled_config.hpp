@@ -14,8 +14,9 @@ namespace ssjs {
 
 /// What a map does with its compass.
 enum class CompassUse {
-  kFilter,  ///< readings correct the heading, the offset is a state (A-7); with a drift of 0 it is one constant
-  kMean,    ///< for an uncalibrated compass: kept out of the filter, its mean over the map is handed on (A-19)
+  kFilter,        ///< readings correct the heading, the offset is a state (A-7); with a drift of 0 it is one constant
+  kMean,          ///< for an uncalibrated compass: kept out of the filter, its mean over the map is handed on (A-19)
+  kFirstReading,  ///< readings less the first one of the map, that one taken for exact: the thesis' way, overconfident (A-19)
   kNone,
 };
 
@@ -77,8 +78,12 @@ struct LevelledBuilderConfig {
     v.section("split", split, "when a map is closed");
     v.section("association", association, "which sighting is of which landmark of the map");
     v.choice("compass_use", compass_use,
-             Choices<CompassUse>{{"filter", CompassUse::kFilter}, {"mean", CompassUse::kMean}, {"none", CompassUse::kNone}},
-             "filter: the offset is a state of every map; mean: one mean a map, for an uncalibrated compass; none: not used");
+             Choices<CompassUse>{{"filter", CompassUse::kFilter},
+                                 {"mean", CompassUse::kMean},
+                                 {"first_reading", CompassUse::kFirstReading},
+                                 {"none", CompassUse::kNone}},
+             "filter: the offset is a state of every map; mean: one mean a map, for an uncalibrated compass; first_reading: the first "
+             "reading of a map is taken for exact (overconfident, for comparison); none: not used");
     v.field("max_step_s", max_step_s, Rule::positive(), "a longer time without samples is predicted in several steps");
     v.field("trajectory_interval_s", trajectory_interval_s, Rule::not_negative(), "between two remembered poses; 0 remembers every tick");
   }
