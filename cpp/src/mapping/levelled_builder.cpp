@@ -23,12 +23,25 @@ LevelledBuilderConfig checked(LevelledBuilderConfig config) {
   return config;
 }
 
+/// The tick less what its gates refused: a new map does not begin with an outlier.
+NavigationTick without(NavigationTick tick, const std::vector<NavigationSensor>& refused) {
+  for (const NavigationSensor sensor : refused) {
+    if (sensor == NavigationSensor::kAttitude) tick.roll_pitch_rad.reset();
+    if (sensor == NavigationSensor::kCompass) tick.compass_rad.reset();
+    if (sensor == NavigationSensor::kDepth) tick.depth_m.reset();
+    if (sensor == NavigationSensor::kAltitude) tick.altitude_m.reset();
+    if (sensor == NavigationSensor::kVelocityLog) tick.velocity.reset();
+  }
+  return tick;
+}
+
 bool corrects_heading(CompassUse use) { return use == CompassUse::kFilter || use == CompassUse::kFirstReading; }
 
 }  // namespace
 
-LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config) : config_(checked(config)), filter_(kInitialCapacity) {
-  filter_.watch(&journal_);
+LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config)
+    : config_(checked(config)), filter_(kInitialCapacity), journal_(config.condition_trajectory) {
+  if (config.condition_trajectory) filter_.watch(&journal_);
 }
 
 TickResult LevelledBuilder::feed(const NavigationTick& tick) {
@@ -38,27 +51,36 @@ TickResult LevelledBuilder::feed(const NavigationTick& tick) {
   if (tick.gyro_rad_s && !tick.gyro_rad_s->allFinite()) throw InvalidArgument("NavigationTick.gyro_rad_s", "not finite", "must be finite");
   TickResult result;
   if (!started_) {
-    start(tick);
-    SightingAssociation all_new;
-    for (std::size_t i = 0; i < tick.sightings.size(); ++i) all_new.fresh.push_back(static_cast<Eigen::Index>(i));
-    use(tick, gated_rows(tick, false), all_new, result);
+    begin_map(tick, result);
     return result;
   }
   predict_to(tick.time_s);
   GatedRows gated = gated_rows(tick, true);
   SightingAssociation association = associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association);
-  if (gated.velocity_valid && gated.refused.empty()) {
+  if (gated.velocity_valid || !config_.split.needs_velocity_fix) {
     if (const auto reason =
             reason_to_close_map(static_cast<int>(association.fresh.size()))) {  // its samples are the new map's alone
       result.closed = close(*reason);
-      start(tick);
-      association = {};
-      for (std::size_t i = 0; i < tick.sightings.size(); ++i) association.fresh.push_back(static_cast<Eigen::Index>(i));
-      gated = gated_rows(tick, false);
+      begin_map(without(tick, gated.refused), result);
+      count_refused(gated.refused, result);
+      return result;
     }
   }
+  count_refused(gated.refused, result);
   use(tick, std::move(gated), association, result);
   return result;
+}
+
+void LevelledBuilder::count_refused(const std::vector<NavigationSensor>& refused, TickResult& result) {
+  for (const NavigationSensor sensor : refused) ++statistics_[static_cast<std::size_t>(sensor)].refused;
+  result.refused = static_cast<int>(refused.size());
+}
+
+void LevelledBuilder::begin_map(const NavigationTick& tick, TickResult& result) {
+  start(tick);
+  SightingAssociation all_new;
+  for (std::size_t i = 0; i < tick.sightings.size(); ++i) all_new.fresh.push_back(static_cast<Eigen::Index>(i));
+  use(tick, gated_rows(tick, false), all_new, result);
 }
 
 void LevelledBuilder::start(const NavigationTick& tick) {
@@ -190,8 +212,6 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     of_sensor.nis_sum += gated.distances[i];
     of_sensor.dof += static_cast<int>(gated.rows[i].rows());
   }
-  for (const NavigationSensor sensor : gated.refused) ++statistics_[static_cast<std::size_t>(sensor)].refused;
-  result.refused = static_cast<int>(gated.refused.size());
   result.update = filter_.update(gated.rows);
   if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) introduce_offset(*tick.compass_rad);
   if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
