@@ -17,15 +17,31 @@ constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map do
 double squared(double x) { return x * x; }
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-const LevelledBuilderConfig& checked(const LevelledBuilderConfig& config) {
+LevelledBuilderConfig checked(LevelledBuilderConfig config) {
   throw_if_any(violations(config));
+  if (config.compass_use == CompassUse::kFirstReading) config.motion.compass_walk_rad_sqrt_s = 0.0;  // an offset taken for exact
   return config;
 }
 
+/// The tick less what its gates refused: a new map does not begin with an outlier.
+NavigationTick without(NavigationTick tick, const std::vector<NavigationSensor>& refused) {
+  for (const NavigationSensor sensor : refused) {
+    if (sensor == NavigationSensor::kAttitude) tick.roll_pitch_rad.reset();
+    if (sensor == NavigationSensor::kCompass) tick.compass_rad.reset();
+    if (sensor == NavigationSensor::kDepth) tick.depth_m.reset();
+    if (sensor == NavigationSensor::kAltitude) tick.altitude_m.reset();
+    if (sensor == NavigationSensor::kVelocityLog) tick.velocity.reset();
+  }
+  return tick;
+}
+
+bool corrects_heading(CompassUse use) { return use == CompassUse::kFilter || use == CompassUse::kFirstReading; }
+
 }  // namespace
 
-LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config) : config_(checked(config)), filter_(kInitialCapacity) {
-  filter_.watch(&journal_);
+LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config)
+    : config_(checked(config)), filter_(kInitialCapacity), journal_(config.condition_trajectory) {
+  if (config.condition_trajectory) filter_.watch(&journal_);
 }
 
 TickResult LevelledBuilder::feed(const NavigationTick& tick) {
@@ -35,27 +51,36 @@ TickResult LevelledBuilder::feed(const NavigationTick& tick) {
   if (tick.gyro_rad_s && !tick.gyro_rad_s->allFinite()) throw InvalidArgument("NavigationTick.gyro_rad_s", "not finite", "must be finite");
   TickResult result;
   if (!started_) {
-    start(tick);
-    SightingAssociation all_new;
-    for (std::size_t i = 0; i < tick.sightings.size(); ++i) all_new.fresh.push_back(static_cast<Eigen::Index>(i));
-    use(tick, gated_rows(tick, false), all_new, result);
+    begin_map(tick, result);
     return result;
   }
   predict_to(tick.time_s);
   GatedRows gated = gated_rows(tick, true);
   SightingAssociation association = associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association);
-  if (gated.velocity_valid && gated.refused.empty()) {
+  if (gated.velocity_valid || !config_.split.needs_velocity_fix) {
     if (const auto reason =
             reason_to_close_map(static_cast<int>(association.fresh.size()))) {  // its samples are the new map's alone
       result.closed = close(*reason);
-      start(tick);
-      association = {};
-      for (std::size_t i = 0; i < tick.sightings.size(); ++i) association.fresh.push_back(static_cast<Eigen::Index>(i));
-      gated = gated_rows(tick, false);
+      begin_map(without(tick, gated.refused), result);
+      count_refused(gated.refused, result);
+      return result;
     }
   }
+  count_refused(gated.refused, result);
   use(tick, std::move(gated), association, result);
   return result;
+}
+
+void LevelledBuilder::count_refused(const std::vector<NavigationSensor>& refused, TickResult& result) {
+  for (const NavigationSensor sensor : refused) ++statistics_[static_cast<std::size_t>(sensor)].refused;
+  result.refused = static_cast<int>(refused.size());
+}
+
+void LevelledBuilder::begin_map(const NavigationTick& tick, TickResult& result) {
+  start(tick);
+  SightingAssociation all_new;
+  for (std::size_t i = 0; i < tick.sightings.size(); ++i) all_new.fresh.push_back(static_cast<Eigen::Index>(i));
+  use(tick, gated_rows(tick, false), all_new, result);
 }
 
 void LevelledBuilder::start(const NavigationTick& tick) {
@@ -119,7 +144,7 @@ LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tic
   };
   if (tick.roll_pitch_rad)
     offer(NavigationSensor::kAttitude, attitude_rows(x, *tick.roll_pitch_rad, config_.attitude), config_.attitude.gate_probability);
-  if (tick.compass_rad && config_.compass_use == CompassUse::kFilter && offset_known_) {
+  if (tick.compass_rad && corrects_heading(config_.compass_use) && offset_known_) {
     offer(NavigationSensor::kCompass, compass_rows(x, *tick.compass_rad, config_.compass), config_.compass.gate_probability);
   }
   if (tick.depth_m) offer(NavigationSensor::kDepth, depth_rows(x, *tick.depth_m, config_.depth), config_.depth.gate_probability);
@@ -141,8 +166,10 @@ void LevelledBuilder::introduce_offset(double compass_rad) {
   VehiclePrediction now{x, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
   now.state(Layout::kCompassOffset) = wrap_angle(compass_rad - x(Layout::kAttitude + 2));
   now.F.row(Layout::kCompassOffset).setZero();
-  now.F(Layout::kCompassOffset, Layout::kAttitude + 2) = -1.0;
-  now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.compass.sigma_rad);
+  if (config_.compass_use == CompassUse::kFilter) {
+    now.F(Layout::kCompassOffset, Layout::kAttitude + 2) = -1.0;
+    now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.compass.sigma_rad);
+  }
   filter_.predict(now);
   VehiclePrediction at_start{now.state, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
   at_start.state(Layout::kStartOffset) = now.state(Layout::kCompassOffset);
@@ -185,10 +212,8 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     of_sensor.nis_sum += gated.distances[i];
     of_sensor.dof += static_cast<int>(gated.rows[i].rows());
   }
-  for (const NavigationSensor sensor : gated.refused) ++statistics_[static_cast<std::size_t>(sensor)].refused;
-  result.refused = static_cast<int>(gated.refused.size());
   result.update = filter_.update(gated.rows);
-  if (tick.compass_rad && config_.compass_use == CompassUse::kFilter && !offset_known_) introduce_offset(*tick.compass_rad);
+  if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) introduce_offset(*tick.compass_rad);
   if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
   for (const Eigen::Index i : association.fresh) {
     const SideScanSighting& sighting = tick.sightings[at(i)];
@@ -236,7 +261,7 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
   map.end_time_s = time_s_;
   map.closed_because = reason;
   std::vector<Eigen::Index> kept{Layout::kPosition, Layout::kPosition + 1, Layout::kAttitude + 2};
-  if (offset_known_) {
+  if (offset_known_ && config_.compass_use == CompassUse::kFilter) {
     const bool drifts = config_.motion.compass_walk_rad_sqrt_s > 0.0;
     map.compass = drifts ? CompassPorts::kBorders : CompassPorts::kConstant;
     if (drifts) kept.push_back(Layout::kStartOffset);

@@ -38,16 +38,22 @@ void LevelledJournal::on_update(const std::vector<StateRows>& rows, const Eigen:
 void LevelledJournal::on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) { push(Kind::kAdd).J_vehicle = J_vehicle; }
 
 void LevelledJournal::step(double time_s, const LevelledFilter& filter) {
-  Entry& entry = push(Kind::kStep);
-  entry.Y = filter.pose_rows();
   LevelledStep& step = steps_.emplace_back();
   step.time_s = time_s;
   step.base_T_vehicle = filter.vehicle().head<6>();
-  step.covariance = entry.Y.leftCols<6>();
+  step.covariance = filter.vehicle_covariance().topLeftCorner<6, 6>();
+  if (conditions_) push(Kind::kStep).Y = filter.pose_rows();
 }
 
 std::vector<LevelledStep> LevelledJournal::take_steps(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit) {
   const auto p = static_cast<Eigen::Index>(exit.size());
+  if (!conditions_) {
+    for (LevelledStep& step : steps_) {
+      step.gain.setZero(6, p);
+      step.conditional_covariance = step.covariance;
+    }
+    return take();
+  }
   const Eigen::MatrixXd P_exit = filter.covariance()(exit, exit) + kExitVariance * Eigen::MatrixXd::Identity(p, p);
   const Eigen::LLT<Eigen::MatrixXd> factor(P_exit);
 
@@ -90,6 +96,10 @@ std::vector<LevelledStep> LevelledJournal::take_steps(const LevelledFilter& filt
     }
     lambda.topRows<kVehicle>() = (entry.F.transpose() * lambda.topRows<kVehicle>()).eval();
   }
+  return take();
+}
+
+std::vector<LevelledStep> LevelledJournal::take() {
   std::vector<LevelledStep> taken = std::move(steps_);
   clear();
   return taken;

@@ -204,6 +204,14 @@ TEST(LevelledBuilder, A4_RatesAsStatesAreConsistentWithoutAGyroLong) {
   EXPECT_LT(check.with_offsets / check.maps, 6.5);
 }
 
+TEST(LevelledBuilder, A4_TurnsAsNoiseAreConsistentWithoutAGyroLong) {
+  Mission mission;
+  mission.simulation.motion.drive = RotationDrive::kConstantAttitude;
+  const FactorCheck check = factor_check(mission, 50.0, 6);
+  EXPECT_LT(check.link / check.maps, 4.0);
+  EXPECT_LT(check.with_offsets / check.maps, 6.5);
+}
+
 TEST(LevelledBuilder, A17_EverySampleIsInOneMapAndBordersMeet) {
   const SimulatedSurvey survey = survey_of(Mission{}, 3);
   LevelledBuilderConfig config = matched(Mission{}.simulation);
@@ -237,6 +245,59 @@ TEST(LevelledBuilder, A17_WaitsForTheVelocityLogToClose) {
   EXPECT_GE(maps[0].end_time_s, 60.0);
   EXPECT_LT(maps[0].end_time_s, 66.0);
   EXPECT_EQ(maps[0].closed_because, "distance");
+}
+
+TEST(LevelledBuilder, A17_ACompassThatJumpsIsRefusedUntilTheNextMap) {
+  SimulatedSurvey survey = survey_of(asynchronous_mission(), 7);
+  for (std::size_t i = 300; i < survey.ticks.size(); ++i) {
+    if (survey.ticks[i].compass_rad) *survey.ticks[i].compass_rad = wrap_angle(*survey.ticks[i].compass_rad + 1.0);
+    survey.truth[i].compass_offset_rad = wrap_angle(survey.truth[i].compass_offset_rad + 1.0);
+  }
+  LevelledBuilderConfig config = matched(asynchronous_mission().simulation);
+  split_every(config, 60.0);
+  LevelledBuilder builder(config);
+  int refused_in_first = 0, refused_later = 0;
+  double heading_error = 0.0;
+  for (std::size_t i = 0; i < survey.ticks.size(); ++i) {
+    const TickResult result = builder.feed(survey.ticks[i]);
+    if (i >= 300 && builder.index() == 0) refused_in_first += result.refused;
+    if (builder.index() > 0) {
+      refused_later += result.refused;
+      const VehicleVector truth = true_vehicle(survey.truth[i], truth_at(survey, builder.map_start_s()));
+      heading_error = std::max(heading_error, std::abs(vehicle_error(truth, builder.filter().vehicle())(5)));
+    }
+  }
+  EXPECT_GT(refused_in_first, 10);
+  EXPECT_LE(refused_later, 3);
+  EXPECT_GE(builder.index(), 2);
+  EXPECT_LT(heading_error, 0.05);
+}
+
+TEST(LevelledBuilder, A17_AVehicleWithoutVelocityLogClosesItsMaps) {
+  Mission mission = asynchronous_mission();
+  mission.simulation.velocity_loss_fraction = 0.999;
+  const SimulatedSurvey survey = survey_of(mission, 8);
+  LevelledBuilderConfig config = matched(mission.simulation);
+  split_every(config, 60.0);
+  config.split.needs_velocity_fix = false;
+  EXPECT_GE(build_maps(survey, config).size(), 3U);
+}
+
+TEST(LevelledBuilder, A18_UnconditionedStepsStayAsFiltered) {
+  const SimulatedSurvey survey = survey_of(asynchronous_mission(), 2);
+  LevelledBuilderConfig config = matched(asynchronous_mission().simulation);
+  never_split(config);
+  const LevelledSubmap conditioned = build_maps(survey, config).front();
+  config.condition_trajectory = false;
+  const LevelledSubmap filtered = build_maps(survey, config).front();
+  EXPECT_EQ(filtered.mean, conditioned.mean);
+  EXPECT_EQ(filtered.covariance, conditioned.covariance);
+  ASSERT_EQ(filtered.steps.size(), conditioned.steps.size());
+  for (std::size_t i = 0; i < filtered.steps.size(); ++i) {
+    EXPECT_EQ(filtered.steps[i].base_T_vehicle, conditioned.steps[i].base_T_vehicle);
+    EXPECT_EQ(filtered.steps[i].conditional_covariance, filtered.steps[i].covariance);
+    EXPECT_EQ(filtered.steps[i].gain.norm(), 0.0);
+  }
 }
 
 TEST(LevelledBuilder, A7_OffsetOfALateCompassKnowsItsDriftSinceTheStart) {
@@ -273,6 +334,23 @@ TEST(LevelledBuilder, A19_MeanOfAnUncalibratedCompass) {
     const double truth = wrap_angle(truth_at(survey, map.compass_mean->time_s).compass_offset_rad + start.world_T_vehicle.rpy.z());
     EXPECT_LT(std::abs(angle_difference(map.compass_mean->offset_rad, truth)), 4.0 * std::sqrt(map.compass_mean->variance));
   }
+}
+
+TEST(LevelledBuilder, A19_TheFirstReadingTakenForExactIsOverconfident) {
+  double link = 0.0;
+  int maps = 0;
+  const SimulatedSurvey survey = survey_of(Mission{}, 1);
+  LevelledBuilderConfig config = matched(Mission{}.simulation);
+  config.compass_use = CompassUse::kFirstReading;
+  split_every(config, 50.0);
+  for (const LevelledSubmap& map : build_maps(survey, config)) {
+    if (map.closed_because == "end") continue;
+    EXPECT_EQ(map.compass, CompassPorts::kNone);
+    link += nees(map_error(map, survey), map.covariance, 3);
+    ++maps;
+  }
+  std::printf("first reading taken for exact: link NEES %.1f of 3\n", link / maps);
+  EXPECT_GT(link / maps, 12.0);
 }
 
 TEST(LevelledBuilder, A16_JointCompatibilityFindsTheSameLandmarks) {

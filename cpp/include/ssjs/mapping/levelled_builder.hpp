@@ -52,6 +52,7 @@ class LevelledBuilder {
   [[nodiscard]] int index() const { return index_; }
   [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
   [[nodiscard]] double time_s() const { return time_s_; }
+  [[nodiscard]] double map_start_s() const { return start_time_s_; }
   [[nodiscard]] bool offset_known() const { return offset_known_; }  ///< the compass has spoken in this map
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
 
@@ -65,7 +66,9 @@ class LevelledBuilder {
     bool velocity_valid = false;
   };
 
+  void begin_map(const NavigationTick& tick, TickResult& result);
   void start(const NavigationTick& tick);
+  void count_refused(const std::vector<NavigationSensor>& refused, TickResult& result);
   void predict_to(double time_s);
   [[nodiscard]] GatedRows gated_rows(const NavigationTick& tick, bool gates) const;
   void introduce_offset(double compass_rad);

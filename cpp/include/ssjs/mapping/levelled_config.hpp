@@ -14,8 +14,9 @@ namespace ssjs {
 
 /// What a map does with its compass.
 enum class CompassUse {
-  kFilter,  ///< readings correct the heading, the offset is a state (A-7); with a drift of 0 it is one constant
-  kMean,    ///< for an uncalibrated compass: kept out of the filter, its mean over the map is handed on (A-19)
+  kFilter,        ///< readings correct the heading, the offset is a state (A-7); with a drift of 0 it is one constant
+  kMean,          ///< for an uncalibrated compass: kept out of the filter, its mean over the map is handed on (A-19)
+  kFirstReading,  ///< readings less the first one of the map, that one taken for exact: the thesis' way, overconfident (A-19)
   kNone,
 };
 
@@ -42,11 +43,14 @@ struct LevelledStartConfig {
 
 struct LevelledSplitConfig {
   SplitPolicyConfig policy = {30, 0.3, std::nullopt, 100.0, std::nullopt, 2};
-  double longest_m = 200.0;  ///< closes a map of whatever landmarks
+  double longest_m = 200.0;        ///< closes a map of whatever landmarks
+  bool needs_velocity_fix = true;  ///< close only with the bottom in the velocity log; false for a vehicle without one
   template <class Visitor>
   void visit(Visitor& v) {
     policy.visit(v);
     v.field("longest_m", longest_m, Rule::positive(), "distance travelled that closes a submap even with fewer landmarks");
+    v.field("needs_velocity_fix", needs_velocity_fix,
+            "submaps are closed only when the velocity log has the bottom; false for a vehicle without one");
   }
 };
 
@@ -64,6 +68,7 @@ struct LevelledBuilderConfig {
   CompassUse compass_use = CompassUse::kFilter;
   double max_step_s = 0.2;             ///< a longer time without samples is predicted in several steps
   double trajectory_interval_s = 1.0;  ///< between two remembered poses; 0: every tick
+  bool condition_trajectory = true;    ///< false: past poses stay as filtered, and nothing is remembered for them
   template <class Visitor>
   void visit(Visitor& v) {
     v.section("motion", motion, "motion between samples");
@@ -77,10 +82,16 @@ struct LevelledBuilderConfig {
     v.section("split", split, "when a map is closed");
     v.section("association", association, "which sighting is of which landmark of the map");
     v.choice("compass_use", compass_use,
-             Choices<CompassUse>{{"filter", CompassUse::kFilter}, {"mean", CompassUse::kMean}, {"none", CompassUse::kNone}},
-             "filter: the offset is a state of every map; mean: one mean a map, for an uncalibrated compass; none: not used");
+             Choices<CompassUse>{{"filter", CompassUse::kFilter},
+                                 {"mean", CompassUse::kMean},
+                                 {"first_reading", CompassUse::kFirstReading},
+                                 {"none", CompassUse::kNone}},
+             "filter: the offset is a state of every map; mean: one mean a map, for an uncalibrated compass; first_reading: the first "
+             "reading of a map is taken for exact (overconfident, for comparison); none: not used");
     v.field("max_step_s", max_step_s, Rule::positive(), "a longer time without samples is predicted in several steps");
     v.field("trajectory_interval_s", trajectory_interval_s, Rule::not_negative(), "between two remembered poses; 0 remembers every tick");
+    v.field("condition_trajectory", condition_trajectory,
+            "past poses of a submap follow its later corrections (costs memory in proportion to a submap)");
   }
 };
 

@@ -12,6 +12,9 @@ namespace ssjs {
 
 class LevelledJournal final : public LevelledFilterWatcher {
  public:
+  /// Without conditions, steps stay as filtered (a gain of zero on the exit) and nothing else is remembered.
+  explicit LevelledJournal(bool conditions = true) : conditions_(conditions) {}
+
   void clear();
 
   void on_predict(const VehicleMatrix& F) override;
@@ -22,7 +25,7 @@ class LevelledJournal final : public LevelledFilterWatcher {
   /// The present pose becomes a step of the trajectory.
   void step(double time_s, const LevelledFilter& filter);
 
-  /// Hands the steps over with their gain on these entries of the filter's present state. The journal is empty then.
+  /// Hands the steps over with their gain on these entries of the filter's present state. The journal is empty then.
   [[nodiscard]] std::vector<LevelledStep> take_steps(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit);
 
  private:
@@ -36,7 +39,9 @@ class LevelledJournal final : public LevelledFilterWatcher {
   };
 
   Entry& push(Kind kind);
+  [[nodiscard]] std::vector<LevelledStep> take();
 
+  bool conditions_;
   std::vector<Entry> entries_;
   std::vector<LevelledStep> steps_;
   VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry

@@ -1,0 +1,137 @@
+#include "ssjs/simulation/auv_survey.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "ssjs/base/error.hpp"
+
+namespace ssjs {
+namespace {
+
+TEST(AuvSurvey, IsTheSurveyOfTheDefaults) {
+  const SurveyWorld world = survey_world({}, 1);
+  EXPECT_EQ(world.landmarks_m.cols(), 60);
+  const SimulatedSurvey survey = simulate_survey(world, {}, 1);
+  ASSERT_EQ(survey.ticks.size(), survey.truth.size());
+  double length_m = 0.0, fastest_turn = 0.0;
+  for (std::size_t i = 1; i < survey.truth.size(); ++i) {
+    const Eigen::Vector3d step = survey.truth[i].world_T_vehicle.translation - survey.truth[i - 1].world_T_vehicle.translation;
+    length_m += step.norm();
+    fastest_turn = std::max(fastest_turn, std::abs(survey.truth[i].rates_rad_s.z()));
+    EXPECT_NEAR(survey.truth[i].world_T_vehicle.translation.z(), 12.0, 3.0);
+    EXPECT_GT(survey.truth[i].seabed_m, survey.truth[i].world_T_vehicle.translation.z());
+  }
+  // five lines of 120 m and three of 100 m, with the legs between them: about 1.17 km and 13 minutes at 1.5 m/s
+  EXPECT_NEAR(length_m, 1170.0, 120.0);
+  EXPECT_NEAR(survey.truth.back().time_s, 775.0, 80.0);
+  EXPECT_NEAR(fastest_turn, 0.1396, 0.01);
+}
+
+TEST(AuvSurvey, RatesOfTheSensors) {
+  AuvSimulationConfig config;
+  config.steps_per_compass = 3;
+  config.phase_steps = 1;
+  const SimulatedSurvey survey = simulate_survey(survey_world({}, 2), config, 2);
+  int velocity = 0, locked = 0;
+  for (std::size_t i = 0; i < survey.ticks.size(); ++i) {
+    const NavigationTick& tick = survey.ticks[i];
+    EXPECT_DOUBLE_EQ(tick.time_s, survey.truth[i].time_s);
+    EXPECT_TRUE(tick.gyro_rad_s && tick.roll_pitch_rad);
+    EXPECT_EQ(tick.compass_rad.has_value(), i % 3 == 1);
+    EXPECT_EQ(tick.altitude_m.has_value(), i % 2 == 1);
+    EXPECT_EQ(tick.velocity.has_value(), i % 2 == 0);
+    velocity += tick.velocity ? 1 : 0;
+    locked += tick.velocity && tick.velocity->bottom_lock ? 1 : 0;
+  }
+  const double lost = 1.0 - static_cast<double>(locked) / velocity;
+  EXPECT_GT(lost, 0.05);
+  EXPECT_LT(lost, 0.2);
+}
+
+TEST(AuvSurvey, A23_ALandmarkIsSeenOnceAPassAbeamInTheSwath) {
+  AuvSimulationConfig config;
+  const SimulatedSurvey survey = simulate_survey(survey_world({}, 3), config, 3);
+  std::map<std::int64_t, double> last_s;
+  int sightings = 0, again = 0;
+  for (std::size_t i = 0; i < survey.ticks.size(); ++i) {
+    for (const SideScanSighting& sighting : survey.ticks[i].sightings) {
+      ++sightings;
+      const AuvTruth& truth = survey.truth[i];
+      const Eigen::Vector3d p =
+          truth.world_T_vehicle.rotation().transpose() *
+          (survey.world.landmarks_m.col(static_cast<Eigen::Index>(*sighting.landmark_id)) - truth.world_T_vehicle.translation);
+      EXPECT_LE(p.x(), 0.0);
+      EXPECT_GT(p.x(), -1.5);  // it passes sideways where the vehicle turns slowly
+      EXPECT_GE(std::abs(p.y()), config.min_across_m);
+      EXPECT_LE(std::abs(p.y()), config.max_across_m);
+      EXPECT_LE(std::abs(truth.rates_rad_s.z()), config.max_turn_rate_rad_s);
+      const auto before = last_s.find(*sighting.landmark_id);
+      if (before != last_s.end()) {
+        ++again;
+        EXPECT_GT(truth.time_s - before->second, 1.0);
+      }
+      last_s[*sighting.landmark_id] = truth.time_s;
+    }
+  }
+  EXPECT_GT(sightings, 100);
+  EXPECT_GT(again, 50);
+}
+
+TEST(AuvSurvey, NoiseHasItsSigma) {
+  AuvSimulationConfig config;
+  const SimulatedSurvey survey = simulate_survey(survey_world({}, 4), config, 4);
+  double gyro = 0.0, compass = 0.0, depth = 0.0, velocity = 0.0;
+  int n = 0, velocities = 0;
+  for (std::size_t i = 0; i < survey.ticks.size(); ++i) {
+    const NavigationTick& tick = survey.ticks[i];
+    const AuvTruth& truth = survey.truth[i];
+    gyro += (*tick.gyro_rad_s - truth.rates_rad_s).squaredNorm() / 3.0;
+    compass += std::pow(angle_difference(*tick.compass_rad, truth.world_T_vehicle.rpy.z() + truth.compass_offset_rad), 2);
+    depth += std::pow(*tick.depth_m - truth.world_T_vehicle.translation.z(), 2);
+    ++n;
+    if (!tick.velocity) continue;
+    velocity += (tick.velocity->velocity_m_s - truth.velocity_m_s).squaredNorm() / 3.0;
+    ++velocities;
+  }
+  EXPECT_NEAR(std::sqrt(gyro / n), config.motion.gyro_sigma_rad_s, 0.03 * config.motion.gyro_sigma_rad_s);
+  EXPECT_NEAR(std::sqrt(compass / n), config.compass.sigma_rad, 0.03 * config.compass.sigma_rad);
+  EXPECT_NEAR(std::sqrt(depth / n), config.depth.sigma_m, 0.03 * config.depth.sigma_m);
+  EXPECT_NEAR(std::sqrt(velocity / velocities), config.velocity_log.sigma_m_s, 0.03 * config.velocity_log.sigma_m_s);
+}
+
+TEST(AuvSurvey, StreamsAreIndependent) {
+  // more lost samples and other noise of one sensor leave the truth and the other sensors alone
+  AuvSimulationConfig config;
+  const SurveyWorld world = survey_world({}, 5);
+  const SimulatedSurvey one = simulate_survey(world, config, 5);
+  config.depth.sigma_m *= 3.0;
+  config.velocity_outages = {{10.0, 20.0}};
+  const SimulatedSurvey other = simulate_survey(world, config, 5);
+  ASSERT_EQ(one.ticks.size(), other.ticks.size());
+  for (std::size_t i = 0; i < one.ticks.size(); ++i) {
+    EXPECT_EQ(one.truth[i].world_T_vehicle.vector(), other.truth[i].world_T_vehicle.vector());
+    EXPECT_EQ(*one.ticks[i].gyro_rad_s, *other.ticks[i].gyro_rad_s);
+    EXPECT_EQ(one.ticks[i].sightings.size(), other.ticks[i].sightings.size());
+    const double time_s = other.ticks[i].time_s;
+    if (other.ticks[i].velocity && time_s >= 10.0 && time_s < 20.0) {
+      EXPECT_FALSE(other.ticks[i].velocity->bottom_lock);
+    }
+  }
+}
+
+TEST(AuvSurvey, SaysWhatItCannotSimulate) {
+  AuvSimulationConfig config;
+  config.step_s = 0.0;
+  EXPECT_THROW((void)simulate_survey(survey_world({}, 1), config, 1), InvalidArgument);
+  config = {};
+  config.max_across_m = 2.0;
+  EXPECT_THROW((void)simulate_survey(survey_world({}, 1), config, 1), InvalidArgument);
+  SurveyWorld world = survey_world({}, 1);
+  world.ids.pop_back();
+  EXPECT_THROW((void)simulate_survey(world, {}, 1), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace ssjs
