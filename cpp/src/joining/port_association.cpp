@@ -90,20 +90,24 @@ Eigen::MatrixXd joint_covariance(const PairingProblem& problem, const std::vecto
   return S;
 }
 
-/// The pair that chance explains best, and the number of foreign landmarks expected in its gate given the other pairs (P-12).
-std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, const std::vector<Pair>& pairs, double density_per_m2,
-                                                double gate) {
+/// The pair that chance explains best, and the odds of chance against it given the other pairs (P-12).
+std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, const std::vector<Pair>& pairs, double density_per_m2) {
   const Eigen::MatrixXd S = joint_covariance(problem, pairs);
   const Eigen::MatrixXd L = cholesky_lower(S, "residual covariance", "pairs of two maps");
   const Eigen::MatrixXd L_inverse = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(S.rows(), S.rows()));
-  const Eigen::MatrixXd S_inverse = L_inverse.transpose() * L_inverse;
+  const Eigen::MatrixXd W = L_inverse.transpose() * L_inverse;
+  Eigen::VectorXd r(S.rows());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    r.segment<2>(static_cast<Eigen::Index>(2 * i)) = pair_residual(problem, pairs[i].observation, pairs[i].prediction);
+  }
+  const Eigen::VectorXd W_r = W * r;
   std::pair<std::size_t, double> worst{0, 0.0};
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(2 * i);
-    // the inverse of a diagonal block of S^-1 is the covariance given everything else
-    const double determinant = 1.0 / S_inverse.block<2, 2>(at, at).determinant();
-    const double expected = density_per_m2 * kPi * gate * std::sqrt(determinant);
-    if (expected > worst.second) worst = {i, expected};
+    const Eigen::Matrix2d S_given = W.block<2, 2>(at, at).inverse();  // of the residual given all others, which is S_given (W r)_i
+    const double squared_distance = W_r.segment<2>(at).dot(S_given * W_r.segment<2>(at));
+    const double odds = density_per_m2 * 2.0 * kPi * std::sqrt(S_given.determinant()) * std::exp(0.5 * squared_distance);
+    if (odds > worst.second) worst = {i, odds};
   }
   return worst;
 }
@@ -198,8 +202,8 @@ SightingPairs associate_sightings(const std::vector<Sighting>& observed, const s
   result.pairs = hypothesis.pairs;
   result.budget_exhausted = hypothesis.budget_exhausted;
   while (!result.pairs.empty()) {  // (P-12)
-    const auto [worst, expected] = likeliest_chance(meeting.problem, result.pairs, density_per_m2, gate);
-    if (expected <= config.max_chance_pairs) break;
+    const auto [worst, odds] = likeliest_chance(meeting.problem, result.pairs, density_per_m2);
+    if (odds <= config.max_chance_odds) break;
     result.pairs.erase(result.pairs.begin() + static_cast<std::ptrdiff_t>(worst));
     ++result.refused;
   }

@@ -15,6 +15,7 @@ namespace ssjs {
 namespace {
 
 constexpr double kReachSigmas = 3.0;
+constexpr double kSmallestNeighbourhood_m = 25.0;  // radius in which landmarks are counted: a swath, where a map has few of its own
 
 /// The mean offset as an entry of the state, independent of all others (P-4).
 void insert_compass_mean(LevelledSubmap& submap) {
@@ -58,7 +59,7 @@ std::string number(Eigen::Index value) { return std::to_string(value); }
 
 PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
-      association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_pairs},
+      association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
       level_(make_level(config)) {
   if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
     throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
@@ -191,8 +192,7 @@ std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
 double PortJoiner::density_around(int observer, const std::vector<Sighting>& predicted) const {
   const Extent& extent = extents_[static_cast<std::size_t>(observer)];
   const PortMap& map = maps_[static_cast<std::size_t>(observer)];
-  constexpr double kSmallestRadius_m = 10.0;
-  const double radius = std::max(extent.radius_m, kSmallestRadius_m);
+  const double radius = std::max(extent.radius_m, kSmallestNeighbourhood_m);
   const Eigen::Vector2d centre = level_->values().base(observer) * extent.centroid;
   Eigen::Index near = 0;
   for (const Sighting& sighting : predicted) {

@@ -31,7 +31,7 @@ struct PlacedSightings {
 
 struct PortAssociationConfig {
   JointCompatibilityConfig joint;
-  double max_chance_pairs = 0.05;  ///< see associate_sightings
+  double max_chance_odds = 0.3;  ///< see associate_sightings
 };
 
 struct SightingPairs {
@@ -44,8 +44,8 @@ struct SightingPairs {
 
 /// `observed` are of one map. Joint compatibility in the plane over pairs whose depths agree (gate_probability, 1 degree of freedom), with
 /// the joint covariance of both sides, in which the compass offsets already tell how the maps are turned against each other. Then pairs
-/// are dropped, the worst first, while the number of foreign landmarks to be expected inside a pair's gate, given all other pairs, exceeds
-/// max_chance_pairs: a lone pair in a crowd, or under an uncertain track, means nothing.
+/// are dropped, the worst first, while the odds that a pair, given all others, is a foreign landmark that happens to lie there exceed
+/// max_chance_odds: a lone pair in a crowd, or under an uncertain track, means nothing.
 /// density_per_m2: landmarks to be met by chance.
 [[nodiscard]] SightingPairs associate_sightings(const std::vector<Sighting>& observed, const std::vector<Sighting>& predicted,
                                                 const PortLevel& level, double density_per_m2, const PortAssociationConfig& config);

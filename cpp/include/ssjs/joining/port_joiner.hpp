@@ -26,7 +26,7 @@ struct PortJoinerConfig {
   double gate_probability = 0.99;
   double joint_gate_probability = 0.95;
   int node_budget = 1500;
-  double max_chance_pairs = 0.05;
+  double max_chance_odds = 0.3;
   std::optional<double> north_offset_rad;
   double north_offset_sigma_rad = 0.05;
   double offset_drift_rad_per_sqrt_s = 0.0;
@@ -39,8 +39,8 @@ struct PortJoinerConfig {
     v.field("gate_probability", gate_probability, Rule::open(0, 1), "individual gate of a pairing between maps, in the plane and in depth");
     v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings of a map");
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one map");
-    v.field("max_chance_pairs", max_chance_pairs, Rule::positive(),
-            "a pair is refused when, given the other pairs, more foreign landmarks than this are to be expected inside its gate");
+    v.field("max_chance_odds", max_chance_odds, Rule::positive(),
+            "a pair is refused when, given the other pairs, it is so likely to be a foreign landmark, relative to the same one");
     v.field(
         "north_offset_rad", north_offset_rad, Rule::any(),
         "aligns the world to north: the expected compass reading minus the true heading (minus the declination); without it the world is "
