@@ -148,6 +148,19 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   if (config_.association == AssociationMethod::kKnown) {
     const std::vector<Match> matches = match_by_identity(newest);
     join(newest, matches);
+    std::map<int, int> pairs_with;
+    for (const Match& match : matches) ++pairs_with[match.other.map->base()];
+    for (const auto& [other, pairs] : pairs_with) {
+      LoopAttempt loop;
+      loop.time_s = maps_.back().submap.end_time_s;
+      loop.from = newest;
+      loop.to = other;
+      loop.accepted = true;
+      loop.pairs = pairs;
+      loop.wrong_pairs = 0;
+      report.loops.push_back(loop);
+      ++report.candidates;
+    }
     return report;
   }
   const std::vector<int> others = maps_in_reach(newest);

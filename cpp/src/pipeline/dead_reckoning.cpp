@@ -1,5 +1,7 @@
 #include "ssjs/pipeline/dead_reckoning.hpp"
 
+#include <Eigen/Geometry>
+
 namespace ssjs {
 
 void DeadReckoning::feed(const NavigationTick& tick) {

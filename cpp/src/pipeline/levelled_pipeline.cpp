@@ -16,7 +16,7 @@ LevelledBuilderConfig local_config(const LevelledConfig& config) {
   LevelledBuilderConfig local = config.local;
   if (config.method == LevelledMethod::kOneMap) {
     local.split.policy = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
-    local.split.longest_m = std::numeric_limits<double>::infinity();
+    local.split.longest_m = std::numeric_limits<double>::max();
   }
   return local;
 }
