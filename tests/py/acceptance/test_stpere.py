@@ -1,4 +1,4 @@
-"""Sant Pere: what the importer makes of the log, by dead reckoning against DGPS. Any sign, unit, clock or mounting gone wrong shows here."""
+"""Sant Pere: dead reckoning of the imported log against DGPS. Any sign, unit, clock or mounting gone wrong shows here."""
 
 from __future__ import annotations
 
