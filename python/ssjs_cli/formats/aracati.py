@@ -31,8 +31,8 @@ HEADING_SIGMA_RAD = math.radians(0.05)
 START_SIGMA = 1e-4
 DGPS_SIGMA_M = 1.0
 
-# docs/marinas.md says how each was chosen. The scale is the one at which most point targets of images 4 to 6 keyframes apart coincide. Piles
-# stand 2 to 2.5 m apart in rows: a tight joint gate keeps a scan from being paired one pile further.
+# docs/marinas.md says how each was chosen. The scale is the one at which most point targets of images 4 to 6 keyframes apart coincide.
+# Piles stand 2 to 2.5 m apart in rows: a tight joint gate keeps a scan from being paired one pile further.
 SETTINGS: dict[str, Any] = {
     "vehicle": {"kind": "increments", "increments": {"distance_scale": 0.92}},
     "sensor": {"range_sigma_m": 0.3, "bearing_sigma_rad": math.radians(1.0), "min_range_m": 1.5, "max_range_m": 50.0},
