@@ -29,7 +29,7 @@ struct SideScanSimulationConfig {
   double depression_rad = 0.45;
   double absorption_db_m = 0.3;
   double gain_db_m = 0.3;
-  double noise_db = -45.0;
+  double noise_db = -35.0;
   double transmit_m = 0.3;
   int looks = 1;
   double texture_shape = 0.0;
