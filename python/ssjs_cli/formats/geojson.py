@@ -7,44 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from ssjs_cli.formats.contact_table import COLUMNS, Contact, contact_rows
+from ssjs_cli.formats.geographic import to_longitude_latitude
 from ssjs_cli.formats.mission import Geodetic
 from ssjs_cli.formats.number_table import FloatArray
 
-WGS84_SEMI_MAJOR_AXIS_M = 6378137.0
-WGS84_FLATTENING = 1.0 / 298.257223563
 CHI_SQUARED_95_TWO_DOF = 5.991464547107979
 ELLIPSE_POINTS = 24
 DEGREE_DECIMALS = 9
 MIN_TRACK_STEP_M = 0.1
-
-
-def to_longitude_latitude(position_m: FloatArray, geodetic: Geodetic) -> FloatArray:
-    """(n, 2) x, y of the global frame to (n, 2) longitude, latitude in degrees. The global frame is the plane that touches WGS 84
-    at the origin: local east-north to earth-centred coordinates, and from there to the foot point on the ellipsoid."""
-    heading = math.radians(geodetic.heading_deg)
-    east_m = position_m[:, 0] * math.sin(heading) - position_m[:, 1] * math.cos(heading)
-    north_m = position_m[:, 0] * math.cos(heading) + position_m[:, 1] * math.sin(heading)
-    latitude, longitude = math.radians(geodetic.origin_latitude_deg), math.radians(geodetic.origin_longitude_deg)
-    eccentricity_squared = WGS84_FLATTENING * (2.0 - WGS84_FLATTENING)
-    radius_m = WGS84_SEMI_MAJOR_AXIS_M / math.sqrt(1.0 - eccentricity_squared * math.sin(latitude) ** 2)
-    # Along the meridian plane of the origin: away from the axis, and up the axis.
-    outward_m = radius_m * math.cos(latitude) - north_m * math.sin(latitude)
-    axial_m = radius_m * (1.0 - eccentricity_squared) * math.sin(latitude) + north_m * math.cos(latitude)
-    longitude_rad = longitude + np.arctan2(east_m, outward_m)
-    latitude_rad = _geodetic_latitude(np.hypot(outward_m, east_m), axial_m, eccentricity_squared)
-    return np.column_stack([np.degrees(longitude_rad), np.degrees(latitude_rad)])
-
-
-def _geodetic_latitude(distance_to_axis_m: FloatArray, axial_m: FloatArray, eccentricity_squared: float) -> FloatArray:
-    """Bowring's formula with the reduced latitude; near the surface its error is far below a micrometre."""
-    semi_minor_axis_m = WGS84_SEMI_MAJOR_AXIS_M * (1.0 - WGS84_FLATTENING)
-    second_eccentricity_squared = eccentricity_squared / (1.0 - eccentricity_squared)
-    reduced = np.arctan2(axial_m * WGS84_SEMI_MAJOR_AXIS_M, distance_to_axis_m * semi_minor_axis_m)
-    latitude: FloatArray = np.arctan2(
-        axial_m + second_eccentricity_squared * semi_minor_axis_m * np.sin(reduced) ** 3,
-        distance_to_axis_m - eccentricity_squared * WGS84_SEMI_MAJOR_AXIS_M * np.cos(reduced) ** 3,
-    )
-    return latitude
 
 
 def ellipse_outline(position_m: FloatArray, covariance: Sequence[float]) -> FloatArray:
@@ -66,13 +37,36 @@ def map_geojson(
     track_m: FloatArray, landmarks_m: FloatArray, covariances: FloatArray, landmark_ids: Sequence[int], geodetic: Geodetic
 ) -> str:
     """track_m (n, 2), thinned to MIN_TRACK_STEP_M; landmarks_m (l, 2); covariances (l, 3) xx xy yy."""
-    features = [_feature("LineString", _coordinates(_thinned(track_m), geodetic), {"kind": "track"})]
+    features = [_track(track_m, geodetic)]
     for landmark_id, position_m, covariance in zip(landmark_ids, landmarks_m, covariances, strict=True):
         sigma_major_m = math.sqrt(max(float(np.linalg.eigvalsh(np.array([covariance[:2], covariance[1:]]))[-1]), 0.0))
         properties = {"kind": "landmark", "id": landmark_id, "sigma_major_m": round(sigma_major_m, 9)}
         features.append(_feature("Point", _coordinates(position_m[None, :], geodetic)[0], properties))
         outline = _coordinates(ellipse_outline(position_m, covariance), geodetic)
         features.append(_feature("Polygon", [outline], {"kind": "ellipse", "id": landmark_id, "probability": 0.95}))
+    return _collection(features)
+
+
+def survey_geojson(track_m: FloatArray, contacts: Sequence[Contact], geodetic: Geodetic) -> str:
+    """track_m (n, 2) as above; contacts with the columns of contacts.csv as properties, and their ellipses."""
+    features = [_track(track_m, geodetic)] if len(track_m) else []
+    for contact, row in zip(contacts, contact_rows(contacts, geodetic), strict=True):
+        place = [round(float(row[key]), DEGREE_DECIMALS) for key in ("longitude_deg", "latitude_deg")]
+        properties: dict[str, Any] = {"kind": "contact"}
+        for column, decimals in COLUMNS.items():
+            if row[column] is not None:
+                properties[column] = row[column] if decimals is None else round(float(row[column]), decimals)
+        features.append(_feature("Point", place, properties))
+        outline = _coordinates(ellipse_outline(np.array([contact.x_m, contact.y_m]), contact.covariance_m2), geodetic)
+        features.append(_feature("Polygon", [outline], {"kind": "ellipse", "id": contact.id, "probability": 0.95}))
+    return _collection(features)
+
+
+def _track(track_m: FloatArray, geodetic: Geodetic) -> dict[str, Any]:
+    return _feature("LineString", _coordinates(thinned(track_m), geodetic), {"kind": "track"})
+
+
+def _collection(features: Sequence[dict[str, Any]]) -> str:
     return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False) + "\n"
 
 
@@ -85,7 +79,7 @@ def _coordinates(position_m: FloatArray, geodetic: Geodetic) -> list[list[float]
     return rounded
 
 
-def _thinned(track_m: FloatArray) -> FloatArray:
+def thinned(track_m: FloatArray) -> FloatArray:
     """First, last, and the points at least MIN_TRACK_STEP_M from the one kept before; a line needs two."""
     kept = [0]
     for index in range(1, len(track_m)):

@@ -4,40 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from ssjs_cli.formats.geojson import CHI_SQUARED_95_TWO_DOF, ellipse_outline, map_geojson, to_longitude_latitude
+from ssjs_cli.formats.geojson import CHI_SQUARED_95_TWO_DOF, ellipse_outline, map_geojson
 from ssjs_cli.formats.mission import Geodetic
-
-# WGS 84: a = 6378137 m, f = 1/298.257223563, e^2 = f (2 - f) = 0.00669437999014
-SEMI_MAJOR_AXIS_M = 6378137.0
-MERIDIAN_RADIUS_AT_EQUATOR_M = 6335439.3273  # a (1 - e^2)
-MICRODEGREE = 1e-6
-
-
-def test_x_points_east_by_default_and_y_north() -> None:
-    at_equator = Geodetic(origin_latitude_deg=0.0, origin_longitude_deg=10.0)
-    east, north = to_longitude_latitude(np.array([[100.0, 0.0], [0.0, 100.0]]), at_equator)
-    assert east == pytest.approx([10.0 + math.degrees(100.0 / SEMI_MAJOR_AXIS_M), 0.0], abs=1e-9)
-    assert north == pytest.approx([10.0, math.degrees(100.0 / MERIDIAN_RADIUS_AT_EQUATOR_M)], abs=1e-9)
-
-
-def test_a_heading_of_zero_turns_x_to_the_north_and_y_to_the_west() -> None:
-    at_equator = Geodetic(origin_latitude_deg=0.0, origin_longitude_deg=10.0, heading_deg=0.0)
-    x, y = to_longitude_latitude(np.array([[100.0, 0.0], [0.0, 100.0]]), at_equator)
-    assert x == pytest.approx([10.0, math.degrees(100.0 / MERIDIAN_RADIUS_AT_EQUATOR_M)], abs=1e-9)
-    assert y == pytest.approx([10.0 - math.degrees(100.0 / SEMI_MAJOR_AXIS_M), 0.0], abs=1e-9)
-
-
-def test_at_60_degrees_a_metre_east_is_twice_as_many_degrees() -> None:
-    # Radius of the parallel: N cos(lat), N = a / sqrt(1 - e^2 sin^2 lat) = 6394209.17 m at 60 degrees
-    geodetic = Geodetic(origin_latitude_deg=60.0, origin_longitude_deg=0.0)
-    ((longitude, latitude),) = to_longitude_latitude(np.array([[1.0, 0.0]]), geodetic)
-    assert longitude == pytest.approx(math.degrees(1.0 / (6394209.17 * 0.5)), rel=1e-7)
-    assert latitude == pytest.approx(60.0, abs=1e-9)
-
-
-def test_the_origin_stays_the_origin() -> None:
-    geodetic = Geodetic(origin_latitude_deg=-33.9, origin_longitude_deg=151.2, heading_deg=35.0)
-    assert to_longitude_latitude(np.zeros((1, 2)), geodetic)[0] == pytest.approx([151.2, -33.9], abs=1e-12)
 
 
 def test_the_ellipse_has_the_95_percent_radii_and_runs_anticlockwise() -> None:

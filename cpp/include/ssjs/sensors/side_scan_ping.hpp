@@ -27,6 +27,7 @@ struct SideScanPing {
   std::uint32_t number = 0;                                  ///< as counted by the sonar
   double latitude_deg = kUnknown, longitude_deg = kUnknown;  ///< WGS84, of the sonar itself (layback applied)
   double east_m = kUnknown, north_m = kUnknown;              ///< of the sonar where the log has projected coordinates instead
+  double position_time_s = kUnknown;                         ///< UTC at which the position was measured: pings repeat the last fix
   double heading_rad = kUnknown, roll_rad = kUnknown, pitch_rad = kUnknown;
   double speed_m_s = kUnknown;
   double depth_m = kUnknown;     ///< below the surface
