@@ -82,14 +82,14 @@ double SideScanSimulator::pattern(double cosine) const {
 }
 
 SideScanSimulator::Fan SideScanSimulator::fan_of(const SonarPose& pose, SonarSide side, double beam_rad) const {
-  const double heading = pose.attitude.heading_rad;
+  const double heading = pose.world_T_sonar.rpy.z();
   const Eigen::Vector2d forward(std::cos(heading), std::sin(heading));
   const Eigen::Vector2d starboard(-std::sin(heading), std::cos(heading));
   const Eigen::Vector2d outward = starboard_sign(side) * starboard;
-  const Eigen::Vector2d below = pose.position_m.head<2>();
-  const double altitude_m = seabed_.depth_m(below) - pose.position_m.z();
+  const Eigen::Vector2d below = pose.world_T_sonar.translation.head<2>();
+  const double altitude_m = seabed_.depth_m(below) - pose.world_T_sonar.translation.z();
   // The plane across the vehicle leans by the pitch: it meets the plane of the seabed so far ahead of the nadir.
-  const double lean = std::tan(pose.attitude.pitch_rad);
+  const double lean = std::tan(pose.world_T_sonar.rpy.y());
   const double yield = 1.0 - lean * seabed_.slope().dot(forward);
   Fan fan;
   fan.foot_m = below + forward * (lean * altitude_m / yield);
@@ -145,23 +145,23 @@ void SideScanSimulator::add_fan(const SonarPose& pose, SonarSide side, double be
   on_object_.assign(static_cast<std::size_t>(count), 0);
   add_objects(fan, count);
 
-  const Eigen::Vector2d lead = fan.foot_m - pose.position_m.head<2>();
+  const Eigen::Vector2d lead = fan.foot_m - pose.world_T_sonar.translation.head<2>();
   const double lead_squared = lead.squaredNorm();
   const double lead_across = lead.dot(fan.across);
   const double across_squared = fan.across.squaredNorm();
   const double across_length = std::sqrt(across_squared);
-  const double axis = config_.depression_rad + starboard_sign(side) * pose.attitude.roll_rad;
+  const double axis = config_.depression_rad + starboard_sign(side) * pose.world_T_sonar.rpy.x();
   const double axis_cos = std::cos(axis);
   const double axis_sin = std::sin(axis);
   const double scale = weight / spacing_m_;
 
   double steepest = std::numeric_limits<double>::infinity();  // (SS-25) the lowest h / t so far: what has a larger one is hidden
   double t = 0;
-  double h = profile_.depth_m[0] - pose.position_m.z();
+  double h = profile_.depth_m[0] - pose.world_T_sonar.translation.z();
   double range = std::sqrt(lead_squared + h * h);
   for (std::size_t i = 1; i < profile_.depth_m.size(); ++i) {
     const double t_next = static_cast<double>(i) * step_m;
-    const double h_next = profile_.depth_m[i] - pose.position_m.z();
+    const double h_next = profile_.depth_m[i] - pose.world_T_sonar.translation.z();
     const double range_next = std::sqrt(lead_squared + 2.0 * t_next * lead_across + t_next * t_next * across_squared + h_next * h_next);
     if (h_next < steepest * t_next) {
       double lit = 1.0;
@@ -200,18 +200,20 @@ std::vector<double> SideScanSimulator::mean_power(const SonarPose& pose, SonarSi
 }
 
 SideScanPing SideScanSimulator::ping(const SonarPose& pose) {
-  if (!pose.position_m.allFinite()) throw InvalidArgument("pose.position_m", pose.position_m.x(), "must be finite");
+  if (!pose.world_T_sonar.translation.allFinite())
+    throw InvalidArgument("pose.world_T_sonar", pose.world_T_sonar.translation.x(), "must be finite");
   SideScanPing ping;
   ping.time_s = pose.time_s;
   ping.number = next_number_++;
-  ping.north_m = pose.position_m.x();
-  ping.east_m = pose.position_m.y();
-  ping.depth_m = pose.position_m.z();
-  ping.altitude_m = seabed_.depth_m(pose.position_m.head<2>()) - pose.position_m.z();
-  if (!(ping.altitude_m > 0)) throw InvalidArgument("pose.position_m", pose.position_m.z(), "the sonar must be above the seabed");
-  ping.heading_rad = pose.attitude.heading_rad < 0 ? pose.attitude.heading_rad + 2.0 * kPi : pose.attitude.heading_rad;
-  ping.roll_rad = pose.attitude.roll_rad;
-  ping.pitch_rad = pose.attitude.pitch_rad;
+  ping.north_m = pose.world_T_sonar.translation.x();
+  ping.east_m = pose.world_T_sonar.translation.y();
+  ping.depth_m = pose.world_T_sonar.translation.z();
+  ping.altitude_m = seabed_.depth_m(pose.world_T_sonar.translation.head<2>()) - pose.world_T_sonar.translation.z();
+  if (!(ping.altitude_m > 0))
+    throw InvalidArgument("pose.world_T_sonar", pose.world_T_sonar.translation.z(), "the sonar must be above the seabed");
+  ping.heading_rad = pose.world_T_sonar.rpy.z() < 0 ? pose.world_T_sonar.rpy.z() + 2.0 * kPi : pose.world_T_sonar.rpy.z();
+  ping.roll_rad = pose.world_T_sonar.rpy.x();
+  ping.pitch_rad = pose.world_T_sonar.rpy.y();
   ping.speed_m_s = pose.speed_m_s;
   ping.sound_speed_m_s = config_.sound_speed_m_s;
   for (const SonarSide side : {SonarSide::kPort, SonarSide::kStarboard}) {
@@ -235,13 +237,13 @@ SideScanPing SideScanSimulator::ping(const SonarPose& pose) {
 
 void SideScanSimulator::find_sightings(const SonarPose& pose, std::uint32_t number) {
   const std::vector<SeabedObject>& objects = seabed_.objects();
-  const Eigen::Matrix3d world_R_body = rotation(pose.attitude);
+  const Eigen::Matrix3d world_R_body = pose.world_T_sonar.rotation();
   sightings_.clear();
   const bool is_first = !last_pose_;
   ahead_m_.resize(objects.size(), 0.0);
   for (std::size_t k = 0; k < objects.size(); ++k) {
     const Eigen::Vector3d foot(objects[k].position_m.x(), objects[k].position_m.y(), seabed_.foot_depth_m(k));
-    const Eigen::Vector3d body_p_object = world_R_body.transpose() * (foot - pose.position_m);
+    const Eigen::Vector3d body_p_object = world_R_body.transpose() * (foot - pose.world_T_sonar.translation);
     const double before = ahead_m_[k];
     ahead_m_[k] = body_p_object.x();
     if (is_first || (before < 0) == (ahead_m_[k] < 0)) continue;
@@ -250,9 +252,9 @@ void SideScanSimulator::find_sightings(const SonarPose& pose, std::uint32_t numb
     ObjectSighting sighting;
     sighting.object = objects[k].id;
     sighting.ping = is_last ? number - 1 : number;
-    sighting.body_p_object = rotation(nearer.attitude).transpose() * (foot - nearer.position_m);
+    sighting.body_p_object = nearer.world_T_sonar.rotation().transpose() * (foot - nearer.world_T_sonar.translation);
     sighting.side = sighting.body_p_object.y() < 0 ? SonarSide::kPort : SonarSide::kStarboard;
-    sighting.slant_range_m = (foot - Eigen::Vector3d(0, 0, objects[k].height_m) - nearer.position_m).norm();
+    sighting.slant_range_m = (foot - Eigen::Vector3d(0, 0, objects[k].height_m) - nearer.world_T_sonar.translation).norm();
     if (sighting.slant_range_m > config_.range_m) continue;
     sighting.sample = sighting.slant_range_m / spacing_m_;
     sightings_.push_back(sighting);

@@ -68,8 +68,8 @@ std::vector<SonarPose> survey_track(const SurveyTrackConfig& config, const Seabe
     const PathPoint point = lawn_mower(config, start_m, config.speed_m_s * time_s);
     const double depth_m = plane_depth_m + seabed.slope().dot(point.position_m) - config.altitude_m;
     poses.push_back({time_s,
-                     {point.position_m.x(), point.position_m.y(), depth_m},
-                     {roll.at(time_s), pitch.at(time_s), wrap_angle(point.course_rad + yaw.at(time_s))},
+                     {{point.position_m.x(), point.position_m.y(), depth_m},
+                      {roll.at(time_s), pitch.at(time_s), wrap_angle(point.course_rad + yaw.at(time_s))}},
                      config.speed_m_s});
   }
   return poses;

@@ -35,7 +35,7 @@ std::vector<double> profile_of(const SideScanPing& ping, const BottomTrackingCon
   return sum;
 }
 
-/// (SS-13) By bin: logarithm of the mean echo behind it over that of the mean before it.
+/// (SS-14) By bin: logarithm of the mean echo behind it over that of the mean before it.
 std::vector<double> rise(const std::vector<double>& profile, std::size_t least, std::size_t window) {
   std::vector<double> sums(profile.size() + 1, 0.0);
   for (std::size_t b = 0; b < profile.size(); ++b) sums[b + 1] = sums[b] + profile[b];
@@ -74,7 +74,7 @@ std::vector<double> track_bottom(const std::vector<SideScanPing>& pings, const B
   if (least + window + 1 >= bins) throw InvalidArgument("least_altitude_m", config.least_altitude_m, "leaves no range for the bottom");
   const auto step = static_cast<std::ptrdiff_t>(std::max(1.0, std::round(config.most_step_m / config.bin_m)));
 
-  // (SS-14) best sum of rises less costs of the steps, over all paths that end in a bin
+  // (SS-15) best sum of rises less costs of the steps, over all paths that end in a bin
   std::vector<double> best(bins, 0.0);
   std::vector<double> next(bins);
   std::vector<std::vector<std::int16_t>> came_from(pings.size(), std::vector<std::int16_t>(bins, 0));
@@ -99,12 +99,12 @@ std::vector<double> track_bottom(const std::vector<SideScanPing>& pings, const B
     best.swap(next);
   }
   auto bin = std::max_element(best.begin(), best.end()) - best.begin();
-  std::vector<double> altitudes(pings.size());
+  std::vector<double> first_returns_m(pings.size());
   for (std::size_t n = pings.size(); n-- > 0;) {
-    altitudes[n] = static_cast<double>(bin) * config.bin_m;  // (SS-15) the edge before the first bin with echo
+    first_returns_m[n] = static_cast<double>(bin) * config.bin_m;  // (SS-16) the edge before the first bin with echo
     bin += came_from[n][static_cast<std::size_t>(bin)];
   }
-  return altitudes;
+  return first_returns_m;
 }
 
 }  // namespace ssjs

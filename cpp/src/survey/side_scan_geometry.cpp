@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "ssjs/base/error.hpp"
-#include "ssjs/geometry/attitude.hpp"
+#include "ssjs/geometry/se3.hpp"
 
 namespace ssjs {
 namespace {
@@ -14,6 +14,8 @@ const double kUniformSigma = 1.0 / std::sqrt(12.0);
 Eigen::Vector3d sonar_in_body(SonarSide side, const SideScanGeometryConfig& config) {
   return {config.sonar_x_m, starboard_sign(side) * config.sonar_y_m, config.sonar_z_m};
 }
+
+double lean(const SideScanPing& ping) { return std::isfinite(ping.pitch_rad) ? std::cos(ping.pitch_rad) : 1.0; }
 
 void check(const SideScanEcho& echo) {
   if (!(echo.altitude_m > 0) || !std::isfinite(echo.altitude_m))
@@ -54,11 +56,15 @@ double sample_at_slant_range(const SideScanPing& ping, const SideScanChannel& ch
   return (2.0 * slant_range_m / ping.sound_speed_m_s - channel.first_sample_s) / channel.sample_interval_s;
 }
 
+// (SS-13)
+double first_return_m(const SideScanPing& ping) { return ping.altitude_m / lean(ping); }
+double altitude_of_first_return_m(const SideScanPing& ping, double first_return_m) { return first_return_m * lean(ping); }
+
 std::optional<SideScanSolution> solve_in_body(const SideScanEcho& echo, const SideScanGeometryConfig& config) {
   check(echo);
-  const Attitude tilt{echo.roll_rad, echo.pitch_rad, 0.0};
+  const Eigen::Vector3d tilt(echo.roll_rad, echo.pitch_rad, 0.0);
   const Eigen::Vector3d upright(-config.slope_forward, -config.slope_starboard, 1.0);
-  const Eigen::Vector3d n = rotation(tilt).transpose() * upright;  // (SS-3) the plane's normal in the body frame
+  const Eigen::Vector3d n = rotation_from_rpy(tilt).transpose() * upright;  // (SS-3) the plane's normal in the body frame
   const double sign = starboard_sign(echo.side);
   const double reach = std::hypot(n.y(), n.z());
   const double r = echo.slant_range_m;
@@ -75,12 +81,13 @@ std::optional<SideScanSolution> solve_in_body(const SideScanEcho& echo, const Si
   const Eigen::Vector3d ray(0.0, sign * c, s);
   const double f_beta = r * (-sign * n.y() * s + n.z() * c);
   Eigen::Matrix<double, 1, kSideScanInputs> f;
+  const Eigen::Matrix3d turning = inverse_rotate_jacobian(tilt, upright);  // of n
   f(kSlantRange) = echo.altitude_m / r;
   f(kAltitude) = -1.0;
-  f(kRoll) = r * ray.dot(rotation_by_roll(tilt).transpose() * upright);
-  f(kPitch) = r * ray.dot(rotation_by_pitch(tilt).transpose() * upright);
-  f(kSlopeForward) = -r * ray.dot(rotation(tilt).row(0));
-  f(kSlopeStarboard) = -r * ray.dot(rotation(tilt).row(1));
+  f(kRoll) = r * ray.dot(turning.col(0));
+  f(kPitch) = r * ray.dot(turning.col(1));
+  f(kSlopeForward) = -r * ray.dot(rotation_from_rpy(tilt).row(0));
+  f(kSlopeStarboard) = -r * ray.dot(rotation_from_rpy(tilt).row(1));
   f(kAlongTrack) = 0.0;
   solution.jacobian = Eigen::Vector3d(0.0, -sign * r * s, r * c) * (-f / f_beta);  // (SS-7)
   solution.jacobian.col(kSlantRange) += ray;
@@ -91,10 +98,10 @@ std::optional<SideScanSolution> solve_in_body(const SideScanEcho& echo, const Si
 std::optional<SideScanSolution> solve_levelled(const SideScanEcho& echo, const SideScanGeometryConfig& config) {
   const std::optional<SideScanSolution> body = solve_in_body(echo, config);
   if (!body) return std::nullopt;
-  const Attitude tilt{echo.roll_rad, echo.pitch_rad, 0.0};
-  SideScanSolution levelled{rotation(tilt) * body->position_m, rotation(tilt) * body->jacobian};
-  levelled.jacobian.col(kRoll) += rotation_by_roll(tilt) * body->position_m;
-  levelled.jacobian.col(kPitch) += rotation_by_pitch(tilt) * body->position_m;
+  const Eigen::Vector3d tilt(echo.roll_rad, echo.pitch_rad, 0.0);
+  SideScanSolution levelled{rotation_from_rpy(tilt) * body->position_m, rotation_from_rpy(tilt) * body->jacobian};
+  levelled.jacobian.col(kRoll) += rotate_jacobian(tilt, body->position_m).col(0);
+  levelled.jacobian.col(kPitch) += rotate_jacobian(tilt, body->position_m).col(1);
   return levelled;
 }
 
@@ -102,7 +109,7 @@ std::optional<double> ground_range_on_slope_m(const SideScanEcho& echo, const Si
   const std::optional<SideScanSolution> body = solve_in_body(echo, config);
   if (!body) return std::nullopt;
   const Eigen::Vector3d from_sonar = body->position_m - sonar_in_body(echo.side, config);
-  const Eigen::Vector3d levelled = rotation({echo.roll_rad, echo.pitch_rad, 0.0}) * from_sonar;
+  const Eigen::Vector3d levelled = rotation_from_rpy({echo.roll_rad, echo.pitch_rad, 0.0}) * from_sonar;
   return starboard_sign(echo.side) * levelled.y();  // (SS-5)
 }
 

@@ -131,7 +131,8 @@ Waterfall slant_waterfall(const std::vector<SideScanPing>& pings, const Waterfal
 Waterfall ground_waterfall(const std::vector<SideScanPing>& pings, const WaterfallConfig& config) {
   return filled(pings, config, [](Waterfall& waterfall, int row, const SideScanPing& ping, const SideScanChannel& channel) {
     if (!(ping.altitude_m > 0)) return;
-    fill_row(waterfall, row, ping, channel, [&](int k) { return std::hypot(k * waterfall.column_m, ping.altitude_m); });  // (SS-12)
+    const double first_m = first_return_m(ping);
+    fill_row(waterfall, row, ping, channel, [&](int k) { return std::hypot(k * waterfall.column_m, first_m); });  // (SS-12)
   });
 }
 

@@ -28,7 +28,9 @@ SideScanSimulationConfig fine() {
   return config;
 }
 
-SonarPose at(double north_m, double depth_m, const Attitude& attitude = {}) { return {0.0, {north_m, 0.0, depth_m}, attitude, 1.5}; }
+SonarPose at(double north_m, double depth_m, const Eigen::Vector3d& rpy = Eigen::Vector3d::Zero()) {
+  return {0.0, {{north_m, 0.0, depth_m}, rpy}, 1.5};
+}
 
 SeabedObject box(double east_m, double length_m, double width_m, double height_m) {
   SeabedObject object;

@@ -8,7 +8,7 @@
 #include "geometry/numeric_jacobian.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/base/random.hpp"
-#include "ssjs/geometry/attitude.hpp"
+#include "ssjs/geometry/se3.hpp"
 
 namespace ssjs {
 namespace {
@@ -72,7 +72,7 @@ TEST(SideScanGeometryTest, SS4_ThePointLiesInTheFanOnThePlaneAtTheRange) {
     const auto body = solve_in_body(echo_of(x, side), config);
     const auto levelled = solve_levelled(echo_of(x, side), config);
     ASSERT_TRUE(body && levelled);
-    const Eigen::Matrix3d tilt = rotation({x(kRoll), x(kPitch), 0});
+    const Eigen::Matrix3d tilt = rotation_from_rpy({x(kRoll), x(kPitch), 0});
     const Eigen::Vector3d sonar(0.4, starboard_sign(side) * 0.1, 0.05);
     const Eigen::Vector3d ray = body->position_m - sonar;
     EXPECT_NEAR(ray.norm(), x(kSlantRange), 1e-10);
@@ -92,7 +92,7 @@ TEST(SideScanGeometryTest, SS7_JacobiansAreCentralDifferences) {
     const auto in_body = [&](const Inputs& v) -> Eigen::Vector3d {
       return solve_in_body(echo_of(v, side), config_of(v))->position_m + Eigen::Vector3d(v(kAlongTrack), 0, 0);
     };
-    const auto in_level = [&](const Inputs& v) -> Eigen::Vector3d { return rotation({v(kRoll), v(kPitch), 0}) * in_body(v); };
+    const auto in_level = [&](const Inputs& v) -> Eigen::Vector3d { return rotation_from_rpy({v(kRoll), v(kPitch), 0}) * in_body(v); };
     EXPECT_TRUE(jacobians_agree(solve_in_body(echo_of(x, side), config_of(x))->jacobian, numeric_jacobian(in_body, x)));
     EXPECT_TRUE(jacobians_agree(solve_levelled(echo_of(x, side), config_of(x))->jacobian, numeric_jacobian(in_level, x)));
   }
@@ -117,7 +117,7 @@ TEST(SideScanGeometryTest, SS9_CovarianceOfDrawnErrors) {
     drawn.slope_starboard += rng.normal(config.slope_sigma);
     const double along = rng.normal(config.beam_width_rad * 22 / 2.3548) + rng.normal(config.time_sigma_s * config.speed_m_s);
     const Eigen::Vector3d body = solve_in_body(echo, drawn)->position_m + Eigen::Vector3d(along, 0, 0);
-    const Eigen::Vector3d error = rotation({echo.roll_rad, echo.pitch_rad, 0}) * body - point->position_m;
+    const Eigen::Vector3d error = rotation_from_rpy({echo.roll_rad, echo.pitch_rad, 0}) * body - point->position_m;
     sum += error * error.transpose();
   }
   const Eigen::Matrix3d sampled = sum / kDraws;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
-#include "ssjs/geometry/attitude.hpp"
+#include "ssjs/geometry/se3.hpp"
 #include "ssjs/simulation/seabed.hpp"
 
 namespace ssjs {
@@ -14,8 +14,7 @@ namespace ssjs {
 /// The sonar at one time. World frame: x north, y east, z down from the surface, m.
 struct SonarPose {
   double time_s = 0.0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Attitude attitude;
+  Se3 world_T_sonar;
   double speed_m_s = 0.0;
 };
 

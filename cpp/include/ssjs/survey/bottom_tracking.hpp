@@ -1,4 +1,4 @@
-/// The first bottom return: the altitude where a log has none. docs/math/side_scan.md (SS-13) to (SS-15)
+/// The first bottom return: the altitude where a log has none. docs/math/side_scan.md (SS-14) to (SS-16)
 #pragma once
 
 #include <vector>
@@ -28,8 +28,9 @@ struct BottomTrackingConfig {
   }
 };
 
-/// One altitude a ping: the path through all pings that separates silence from echo best (Viterbi). Both sides are averaged, since the
-/// nadir belongs to both. A ping without samples takes part with no say. Throws InvalidArgument where no ping has any.
+/// The slant range of the first bottom return, one a ping (altitude_of_first_return_m makes it the altitude): the path through all pings
+/// that separates silence from echo best (Viterbi). Both sides are averaged, since the nadir belongs to both. A ping without samples takes
+/// part with no say. Throws InvalidArgument where no ping has any.
 [[nodiscard]] std::vector<double> track_bottom(const std::vector<SideScanPing>& pings, const BottomTrackingConfig& config);
 
 }  // namespace ssjs

@@ -69,6 +69,11 @@ struct SideScanPoint {
 /// Which sample that is. Its inverse.
 [[nodiscard]] double sample_at_slant_range(const SideScanPing& ping, const SideScanChannel& channel, double slant_range_m);
 
+/// Shortest slant range to a flat seabed in the fan, which leans by the pitch: altitude / cos(pitch). An unknown pitch is none. (SS-13)
+[[nodiscard]] double first_return_m(const SideScanPing& ping);
+/// Its inverse: the altitude of a sonar that hears the seabed first at this range.
+[[nodiscard]] double altitude_of_first_return_m(const SideScanPing& ping, double first_return_m);
+
 /// Horizontal distance on that side from the sonar to where it hears the seabed; none in the water column. (SS-5)
 [[nodiscard]] std::optional<double> ground_range_on_slope_m(const SideScanEcho& echo, const SideScanGeometryConfig& config);
 

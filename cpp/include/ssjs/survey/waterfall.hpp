@@ -43,8 +43,8 @@ struct WaterfallConfig {
 /// Throws InvalidArgument on no pings, on channels without a sample interval and where nothing was recorded on either side.
 [[nodiscard]] Waterfall slant_waterfall(const std::vector<SideScanPing>& pings, const WaterfallConfig& config);
 
-/// In ground range over a flat seabed, by the altitude of each ping: rows of pings without one, and columns out of reach, are not
-/// valid. (SS-12)
+/// In ground range over a flat seabed, by the first return of each ping: rows of pings without altitude, and columns out of reach, are
+/// not valid. (SS-12)
 [[nodiscard]] Waterfall ground_waterfall(const std::vector<SideScanPing>& pings, const WaterfallConfig& config);
 
 /// The channel of a side that the configuration asks for; none if the ping lacks it.
