@@ -73,12 +73,12 @@ HighlightShadowConfig SideScanSurveyConfig::default_highlight_shadow() {
   HighlightShadowConfig config;
   config.median_px = 3;
   config.levels = EchoLevels::kGrey;
-  config.shadow_grey = 32;
+  config.shadow_grey = 36;
   config.highlight_grey = 130;
-  config.shadow_dilations = 1;
+  config.shadow_dilations = 2;
   config.highlight_dilations = 1;
   config.smallest_shadow_px = 30;
-  config.smallest_highlight_px = 18;
+  config.smallest_highlight_px = 12;
   config.smallest_contact_px = 2;
   return config;
 }

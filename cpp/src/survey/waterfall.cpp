@@ -11,6 +11,7 @@ namespace ssjs {
 namespace {
 
 constexpr int kMostColumns = 1 << 16;  // of a side: beyond it a sample interval is wrong by orders of magnitude
+constexpr double kEdge = 1e-6;         // of a sample: edges of columns often fall on samples, to rounding
 
 double sample_spacing_m(const SideScanPing& ping, const SideScanChannel& channel) {
   if (!(channel.sample_interval_s > 0)) throw InvalidArgument("sample_interval_s", channel.sample_interval_s, "must be positive");
@@ -48,8 +49,8 @@ Waterfall empty_waterfall(const std::vector<SideScanPing>& pings, const Waterfal
 std::optional<float> mean_echo(const std::vector<float>& samples, double first, double end) {
   const auto size = static_cast<double>(samples.size());
   if (!(first < size - 0.5) || !(end > -0.5)) return std::nullopt;
-  const auto low = static_cast<std::size_t>(std::clamp(std::ceil(first), 0.0, size));
-  const auto high = static_cast<std::size_t>(std::clamp(std::ceil(end), 0.0, size));
+  const auto low = static_cast<std::size_t>(std::clamp(std::ceil(first - kEdge), 0.0, size));
+  const auto high = static_cast<std::size_t>(std::clamp(std::ceil(end - kEdge), 0.0, size));
   if (low >= high) return samples[static_cast<std::size_t>(std::clamp(std::round(0.5 * (first + end)), 0.0, size - 1))];
   double sum = 0;
   for (std::size_t i = low; i < high; ++i) sum += samples[i];

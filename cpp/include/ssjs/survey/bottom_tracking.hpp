@@ -13,8 +13,8 @@ struct BottomTrackingConfig {
   double least_altitude_m = 0.75;
   double most_altitude_m = 0.0;
   double bin_m = 0.05;
-  double window_m = 1.0;
-  double step_cost = 0.15;
+  double window_m = 0.5;
+  double step_cost = 0.05;
   double most_step_m = 0.5;
   template <class Visitor>
   void visit(Visitor& v) {

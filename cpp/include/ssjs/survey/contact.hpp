@@ -41,7 +41,7 @@ struct ContactBox {
 
 struct ContactConfig {
   double seabed_level = 64.0;
-  double dark_part = 0.55;
+  double dark_part = 0.7;
   double shadow_gap_m = 0.4;
   double least_shadow_m = 0.3;
   double least_confidence = 0.55;
