@@ -50,4 +50,5 @@ PYBIND11_MODULE(_core, module) {
   add_imaging(module);
   add_segmentation(module);
   add_cascade(module);
+  add_io(module);
 }

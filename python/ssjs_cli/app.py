@@ -31,6 +31,7 @@ COMMANDS = {
     "segment": ("ssjs_cli.commands.segment", "segment", "Sonar images to masks, regions and centroids."),
     "segment-compare": ("ssjs_cli.commands.segment_compare", "segment_compare", "Five threshold methods on the same images."),
     "cascade": ("ssjs_cli.commands.cascade", "cascade", "Haar cascades: train, detect, evaluate, show."),
+    "sonar": ("ssjs_cli.commands.sonar", "sonar", "Side-scan logs: what they hold, their picture."),
     "config": ("ssjs_cli.commands.config", "config", "The settings: defaults, JSON schema, a file checked."),
 }
 

@@ -19,9 +19,10 @@ ByteView ByteView::part(std::size_t offset, std::size_t count) const {
 }
 
 std::uint64_t ByteView::bits(std::size_t offset, std::size_t bytes) const {
-  const ByteView field = part(offset, bytes);
+  if (!holds(offset, bytes)) throw Error("a field lies beyond the end of its record");
+  const unsigned char* field = data_ + offset;
   std::uint64_t value = 0;
-  for (std::size_t i = bytes; i > 0; --i) value = (value << 8U) | field.data_[i - 1];
+  for (std::size_t i = bytes; i > 0; --i) value = (value << 8U) | field[i - 1];
   return value;
 }
 

@@ -72,7 +72,9 @@ JsfReader::JsfReader(std::unique_ptr<ByteSource> source, const SonarLogConfig& c
 }
 
 std::optional<SonarRecord> JsfReader::next() {
-  while (ready_.empty()) {
+  while (taken_ == ready_.size()) {
+    ready_.clear();
+    taken_ = 0;
     const std::optional<Packet> packet = packets_.next();
     info_.bytes_skipped = packets_.bytes_skipped();
     if (packet) {
@@ -83,9 +85,7 @@ std::optional<SonarRecord> JsfReader::next() {
       finish(unfinished_.begin()->first);
     }
   }
-  SonarRecord record = std::move(ready_.front());
-  ready_.pop_front();
-  return record;
+  return std::move(ready_[taken_++]);
 }
 
 void JsfReader::decode(const Packet& packet) {

@@ -39,7 +39,7 @@ double message_time(const ByteView& message) { return message.u32(0) + (message.
 
 bool has(std::uint32_t flags, unsigned bit) { return ((flags >> bit) & 1U) != 0; }
 
-void append_velocity(const ByteView& message, std::deque<SonarRecord>& records) {
+void append_velocity(const ByteView& message, std::vector<SonarRecord>& records) {
   const double time_s = message_time(message);
   const std::uint32_t flags = message.u32(12);
   VelocityRecord velocity{time_s};
@@ -135,7 +135,7 @@ void read_trace_position(const ByteView& trace, std::uint64_t offset, SideScanPi
   info.position_source.count(known ? "trace header" : "none");
 }
 
-void append_navigation(unsigned type, const ByteView& message, std::deque<SonarRecord>& records) {
+void append_navigation(unsigned type, const ByteView& message, std::vector<SonarRecord>& records) {
   if (type == kDopplerVelocity) return append_velocity(message, records);
   const double time_s = message_time(message);
   if (type == kPressure) {

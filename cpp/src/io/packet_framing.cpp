@@ -35,17 +35,18 @@ std::optional<Packet> PacketReader::next() {
       break;
     }
     if (!starts_at(offset_)) {
-      resume(offset_ + 1, "bytes that are no packet; reading goes on at the next one", "bytes that are no packet at the end of the log");
+      resume(offset_, offset_ + 1, "bytes that are no packet; reading goes on at the next one",
+             "bytes that are no packet at the end of the log");
       continue;
     }
     const std::uint64_t length = length_at(offset_);
     if (length == 0) {
-      resume(offset_ + kMagicBytes, "a packet of length zero or shorter than its header",
+      resume(offset_, offset_ + kMagicBytes, "a packet of length zero or shorter than its header",
              "a packet of length zero or shorter than its header");
       continue;
     }
     if (length > left) {
-      resume(offset_ + kMagicBytes, "a packet whose length leads beyond the end of the log",
+      resume(offset_, offset_ + kMagicBytes, "a packet whose length leads beyond the end of the log",
              "the log ends within a packet; what it held is lost");
       continue;
     }
@@ -57,7 +58,7 @@ std::optional<Packet> PacketReader::next() {
         problems_.add(what, offset_, Loss::kData);
         leave({true, false, grammar_.header_bytes()}, length);
       } else {
-        resume(offset_ + kMagicBytes, what, what);
+        resume(offset_, offset_ + kMagicBytes, what, what);
       }
       continue;
     }
@@ -82,12 +83,13 @@ void PacketReader::leave(const PacketContent& content, std::uint64_t length) {
   }
   // The length may be wrong: what this packet does not account for is searched.
   const std::uint64_t used = content.used > 0 ? content.used : grammar_.header_bytes();
-  resume(offset_ + used, "bytes that are no packet; reading goes on at the next one", "bytes that are no packet at the end of the log");
+  resume(offset_ + used, offset_ + used, "bytes that are no packet; reading goes on at the next one",
+         "bytes that are no packet at the end of the log");
 }
 
-void PacketReader::resume(std::uint64_t from, const char* what, const char* what_at_end) {
+void PacketReader::resume(std::uint64_t place, std::uint64_t from, const char* what, const char* what_at_end) {
   const std::optional<std::uint64_t> found = find(from, source_.size());
-  problems_.add(found ? what : what_at_end, offset_, Loss::kData);
+  problems_.add(found ? what : what_at_end, place, Loss::kData);
   const std::uint64_t next = found.value_or(source_.size());
   bytes_skipped_ += next - from;
   offset_ = next;
@@ -105,7 +107,7 @@ std::optional<std::uint64_t> PacketReader::find(std::uint64_t from, std::uint64_
       continue;
     }
     offset += static_cast<std::uint64_t>(static_cast<const unsigned char*>(hit) - block.data());
-    const std::uint64_t length = length_at(offset);
+    const std::uint64_t length = starts_at(offset) ? length_at(offset) : 0;
     if (length > 0 && length <= max_packet_bytes_ && length <= source_.size() - offset) {
       const PacketContent content = grammar_.content(source_, offset, length);
       if (content.possible && (content.exact || is_followed(offset + length))) return offset;

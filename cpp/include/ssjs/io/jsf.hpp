@@ -3,10 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "ssjs/io/packet_framing.hpp"
 #include "ssjs/io/sonar_log.hpp"
@@ -44,7 +44,8 @@ class JsfReader : public SonarLogReader {
   SonarLogInfo info_;
   PacketReader packets_;
   std::map<unsigned, SideScanPing> unfinished_;  ///< by subsystem
-  std::deque<SonarRecord> ready_;
+  std::vector<SonarRecord> ready_;               ///< of the last message, the first `taken_` of them handed out
+  std::size_t taken_ = 0;
   double last_x_ = SideScanPing::kUnknown, last_y_ = SideScanPing::kUnknown;
 };
 

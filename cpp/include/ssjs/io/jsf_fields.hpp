@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <vector>
 
 #include "ssjs/io/packet_framing.hpp"
 #include "ssjs/io/sample_decoding.hpp"
@@ -30,6 +30,6 @@ void read_trace_navigation(const ByteView& trace, std::uint64_t offset, SideScan
 void read_trace_position(const ByteView& trace, std::uint64_t offset, SideScanPing& ping, SonarLogInfo& info);
 
 /// Messages 2020, 2060 and 2080 as records: attitude; depth; velocity, altitude, depth and attitude.
-void append_navigation(unsigned type, const ByteView& message, std::deque<SonarRecord>& records);
+void append_navigation(unsigned type, const ByteView& message, std::vector<SonarRecord>& records);
 
 }  // namespace ssjs::jsf

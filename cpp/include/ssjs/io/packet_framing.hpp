@@ -52,7 +52,8 @@ class PacketReader {
   [[nodiscard]] bool is_followed(std::uint64_t end) const { return end == source_.size() || starts_at(end); }
   /// The first packet that starts in [from, before): one that another follows, or that accounts for all its bytes.
   [[nodiscard]] std::optional<std::uint64_t> find(std::uint64_t from, std::uint64_t before) const;
-  void resume(std::uint64_t from, const char* what, const char* what_at_end);
+  /// Goes on at the first packet from `from` on, and notes why at `place`.
+  void resume(std::uint64_t place, std::uint64_t from, const char* what, const char* what_at_end);
   void leave(const PacketContent& content, std::uint64_t length);
 
   ByteSource& source_;

@@ -1,0 +1,1 @@
+"""Side-scan logs: what they hold, and their picture."""
