@@ -148,6 +148,8 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   const SideScanChannel* channel = channel_of(ping, detected.side, 0);
   if (channel) contact.sample = sample_at_slant_range(ping, *channel, contact.slant_range_m);
   contact.ping = ping.number;
+  contact.navigation = ping;
+  contact.navigation.channels.clear();
   contact.time_s = ping.time_s;
   contact.side = detected.side;
   contact.index = picture.first_index + static_cast<std::uint64_t>(middle);

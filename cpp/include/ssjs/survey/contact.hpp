@@ -8,6 +8,7 @@
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/base/sonar_side.hpp"
+#include "ssjs/sensors/side_scan_ping.hpp"
 #include "ssjs/survey/side_scan_geometry.hpp"
 #include "ssjs/survey/waterfall.hpp"
 
@@ -31,6 +32,7 @@ struct SideScanContact {
   int pieces = 1;                  ///< detections that are this object
   std::uint64_t first_index = 0;   ///< pings in which it echoes
   std::uint64_t last_index = 0;
+  SideScanPing navigation;  ///< the ping abeam without its channels: where the sonar was, with the altitude that was used
 };
 
 /// Where a detector says an object is, in a ground-range waterfall.
