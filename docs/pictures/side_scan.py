@@ -1,6 +1,6 @@
 """The picture of docs/math/side_scan.md: a simulated survey line in slant range, and in ground range with the contacts found.
 
-    PYTHONPATH=python python docs/pictures/side_scan.py docs/pictures/side_scan.png
+PYTHONPATH=python python docs/pictures/side_scan.py docs/pictures/side_scan.png
 """
 
 import sys

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/imaging/shadow_height.hpp"
 
@@ -84,10 +85,16 @@ double row_spacing_m(const std::vector<SideScanPing>& pings, std::size_t first, 
   if (std::isfinite(moved_m) && moved_m > 0) return moved_m / steps;
   const double speed_m_s = std::isfinite(a.speed_m_s) ? a.speed_m_s : b.speed_m_s;
   const double spacing_m = speed_m_s * (b.time_s - a.time_s) / steps;
-  if (!(spacing_m > 0))
+  if (spacing_m > 0) return spacing_m;
+  constexpr double kEarthRadius_m = 6371000.0;  // a sphere will do for the distance of neighbouring pings
+  const double degree_m = kEarthRadius_m * kPi / 180.0;
+  const double north_m = (b.latitude_deg - a.latitude_deg) * degree_m;
+  const double east_m = (b.longitude_deg - a.longitude_deg) * degree_m * std::cos(a.latitude_deg * kPi / 180.0);
+  const double fixes_m = std::hypot(north_m, east_m) / steps;
+  if (!(fixes_m > 0))
     throw InvalidArgument("pings", static_cast<double>(a.number),
                           "give neither positions nor speed and times, so that lengths along track are not known");
-  return spacing_m;
+  return fixes_m;
 }
 
 std::optional<SideScanContact> measure_contact(const ContactPicture& picture, const ContactBox& detected, const ContactConfig& config,

@@ -137,7 +137,12 @@ TEST(ContactTest, RowSpacingFromPositionsOrSpeed) {
     pings[static_cast<std::size_t>(n)].north_m = 0.4 * n;
   }
   EXPECT_NEAR(row_spacing_m(pings, 0, 2), 0.5, 1e-12);
-  EXPECT_THROW(static_cast<void>(row_spacing_m(std::vector<SideScanPing>(2), 0, 1)), InvalidArgument);
+  std::vector<SideScanPing> fixes(2);
+  EXPECT_THROW(static_cast<void>(row_spacing_m(fixes, 0, 1)), InvalidArgument);
+  fixes[0].latitude_deg = 60;
+  fixes[0].longitude_deg = fixes[1].longitude_deg = 5;
+  fixes[1].latitude_deg = 60 + 1e-5;  // a degree is 111.2 km
+  EXPECT_NEAR(row_spacing_m(fixes, 0, 1), 1.112, 0.001);
 }
 
 }  // namespace

@@ -75,7 +75,8 @@ struct ContactPicture {
 /// of all. In the order of pings, port before starboard.
 [[nodiscard]] std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contacts, double merge_m);
 
-/// Metres along track between neighbouring rows, from positions, else from speed and time; throws InvalidArgument where neither is known.
+/// Metres along track between neighbouring rows, from projected positions, else from speed and time, else from
+/// latitude and longitude (whose fixes often repeat); throws InvalidArgument where neither is known.
 [[nodiscard]] double row_spacing_m(const std::vector<SideScanPing>& pings, std::size_t first, std::size_t last);
 
 }  // namespace ssjs
