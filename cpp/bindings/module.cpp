@@ -51,5 +51,6 @@ PYBIND11_MODULE(_core, module) {
   add_imaging(module);
   add_segmentation(module);
   add_cascade(module);
+  add_survey(module);
   add_io(module);
 }

@@ -10,7 +10,7 @@ from ssjs_cli.session import Session
 
 @click.group()
 def sonar() -> None:
-    """Side-scan sonar logs (XTF, JSF): what they hold, their picture."""
+    """Side-scan sonar logs (XTF, JSF): what they hold, their picture, their contacts."""
 
 
 @sonar.command()
@@ -43,3 +43,31 @@ def waterfall(session: Session, log: str, scale: str, frequency_khz: float | Non
 
     target = None if out is None else Path(out)
     return draw_waterfall(Path(log), target, session, scale=scale, frequency_khz=frequency_khz, force=force)
+
+
+@sonar.command()
+@click.argument("log", metavar="LOG", type=click.Path())
+@click.option(
+    "--altitude",
+    type=click.Choice(["log", "bottom_tracking", "log_else_tracking"]),
+    default="log_else_tracking",
+    show_default=True,
+    help="Where the height above the bottom comes from.",
+)
+@click.option(
+    "--detector",
+    type=click.Choice(["highlight_shadow", "improved_otsu"]),
+    default="highlight_shadow",
+    show_default=True,
+    help="What proposes contacts; both are measured by their shadows.",
+)
+@click.option("--layback", type=click.Choice(["auto", "apply", "ignore"]), default="auto", show_default=True, help="As of sonar info.")
+@common_options(out_help="The contacts, a CSV (default runs/<log>-contacts.csv).")
+@click.pass_obj
+def detect(session: Session, log: str, altitude: str, detector: str, layback: str, seed: int | None, force: bool, out: str | None) -> int:
+    """The contacts of LOG: where they lie, how long, wide and high they are."""
+    from ssjs_cli.sonar.detect import detect_contacts
+
+    target = None if out is None else Path(out)
+    config: dict[str, float | int | bool | str | None] = {"altitude": altitude, "detector": detector}
+    return detect_contacts(Path(log), target, session, config=config, layback=layback, force=force)

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
+#include "ssjs/base/sonar_side.hpp"
 #include "ssjs/imaging/sonar_image.hpp"
 
 namespace ssjs {
@@ -53,8 +54,6 @@ struct HighlightShadowConfig {
     v.field("smallest_contact_px", smallest_contact_px, Rule::at_least(1), "rows in which a shadow touches the far side of its highlight");
   }
 };
-
-enum class SonarSide { kPort, kStarboard };
 
 /// A highlight and the shadow that touches it in most rows. Measures are of the pixels beyond the levels, not of the magnified ones.
 struct ShadowedObject {

@@ -5,9 +5,9 @@
 #include <limits>
 #include <vector>
 
-namespace ssjs {
+#include "ssjs/base/sonar_side.hpp"
 
-enum class SonarSide { kPort, kStarboard };
+namespace ssjs {
 
 /// Echo strengths of one transducer, always nearest first, whatever the order in the log. Sample i was recorded at the slant range
 /// (first_sample_s + i * sample_interval_s) * sound_speed / 2.

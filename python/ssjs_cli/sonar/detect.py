@@ -1,0 +1,131 @@
+"""The command `sonar detect`: a log's contacts as operators exchange them, by the navigation in the log itself."""
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ssjs_cli import _core
+from ssjs_cli.errors import UserError
+from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.contact_table import Contact, contact_rows, contacts_csv
+from ssjs_cli.formats.geographic import from_longitude_latitude
+from ssjs_cli.formats.mission import Geodetic
+from ssjs_cli.session import Session
+from ssjs_cli.sonar.info import describe_problem, exit_code
+from ssjs_cli.sonar.log_blocks import PINGS_PER_BLOCK, open_log
+
+
+def detect_contacts(
+    path: Path, out: Path | None, session: Session, *, config: Mapping[str, float | int | bool | str | None], layback: str, force: bool
+) -> int:
+    target = out or Path("runs") / f"{path.stem}-contacts.csv"
+    if target.exists() and not force:
+        raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
+    log = open_log(path, layback)
+    found = list(_found(log, config))
+    info = log.info()
+    if not info["pings"]:
+        raise UserError(f"{path}: holds no side-scan ping; check that it is the right file")
+    placed = [entry for entry in found if _has_position(entry["navigation"])]
+    geodetic = _origin(placed)
+    contacts = [_contact(number, entry, geodetic, path.name) for number, entry in enumerate(placed, start=1)]
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_file(target, contacts_csv(contacts, geodetic))
+    document = {
+        "table": str(target),
+        "pings": info["pings"],
+        "contacts": contact_rows(contacts, geodetic),
+        "without_position": len(found) - len(placed),
+        "problems": info["problems"],
+    }
+    for problem in info["problems"]:
+        session.message(describe_problem(problem))
+    if len(placed) < len(found):
+        session.message(f"{len(found) - len(placed)} contacts lie at pings without position or heading and are left out")
+    session.answer(document, _text(path, target, info["pings"], contacts))
+    return exit_code(info["problems"])
+
+
+def _found(log: _core.SonarLog, config: Mapping[str, float | int | bool | str | None]) -> Iterator[dict[str, Any]]:
+    survey = _core.SideScanSurvey(config)
+    while (contacts := survey.feed_log(log, most_pings=PINGS_PER_BLOCK)) is not None:
+        yield from contacts
+    yield from survey.finish()
+
+
+def _has_position(navigation: Mapping[str, float]) -> bool:
+    geographic = math.isfinite(navigation["latitude_deg"]) and math.isfinite(navigation["longitude_deg"])
+    projected = math.isfinite(navigation["east_m"]) and math.isfinite(navigation["north_m"])
+    return (geographic or projected) and math.isfinite(navigation["heading_rad"])
+
+
+def _origin(entries: list[dict[str, Any]]) -> Geodetic | None:
+    """Where the first contact was seen from; none for logs in projected metres."""
+    if not entries or not math.isfinite(entries[0]["navigation"]["latitude_deg"]):
+        return None
+    first = entries[0]["navigation"]
+    return Geodetic(origin_latitude_deg=first["latitude_deg"], origin_longitude_deg=first["longitude_deg"])
+
+
+def _contact(number: int, entry: dict[str, Any], geodetic: Geodetic | None, log: str) -> Contact:
+    """x is east and y north. The covariance is that of the sighting, without that of the navigation."""
+    navigation = entry["navigation"]
+    if geodetic is None:
+        east, north = navigation["east_m"], navigation["north_m"]
+    else:
+        east, north = from_longitude_latitude(np.array([[navigation["longitude_deg"], navigation["latitude_deg"]]]), geodetic)[0]
+    turn = _world_of_body(navigation)
+    offset = turn @ np.array(entry["body_position_m"])  # north, east, down
+    covariance = turn @ entry["body_covariance_m2"] @ turn.T
+    depth_m = navigation["depth_m"]
+    return Contact(
+        id=number,
+        x_m=float(east + offset[1]),
+        y_m=float(north + offset[0]),
+        covariance_m2=(float(covariance[1, 1]), float(covariance[0, 1]), float(covariance[0, 0])),
+        sightings=1,
+        depth_m=float(depth_m + offset[2]) if math.isfinite(depth_m) else None,
+        time_s=_known(entry["time_s"]),
+        log=log,
+        ping=entry["ping"],
+        channel=entry["side"],
+        slant_range_m=entry["slant_range_m"],
+        ground_range_m=entry["ground_range_m"],
+        altitude_m=navigation["altitude_m"],
+        sonar_heading_deg=math.degrees(navigation["heading_rad"]) % 360.0,
+        sonar_depth_m=_known(depth_m),
+        length_m=entry["length_m"],
+        width_m=entry["width_m"],
+        height_m=entry["height_m"],
+        confidence=entry["confidence"],
+        remark="shadow cut off: height is a lower bound" if entry["shadow_is_cut"] else "",
+    )
+
+
+def _world_of_body(navigation: Mapping[str, float]) -> NDArray[np.float64]:
+    """North-east-down from forward-starboard-down. Unknown roll and pitch are none."""
+    roll, pitch, heading = (_known(navigation[key]) or 0.0 for key in ("roll_rad", "pitch_rad", "heading_rad"))
+    cr, sr, cp, sp, ch, sh = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(heading), math.sin(heading)
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[ch, -sh, 0], [sh, ch, 0], [0, 0, 1]])
+    product: NDArray[np.float64] = about_z @ about_y @ about_x
+    return product
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _text(path: Path, target: Path, pings: int, contacts: list[Contact]) -> str:
+    lines = [f"{path}: {pings} pings, {len(contacts)} contacts"]
+    for contact in contacts:
+        height = "" if contact.height_m is None else f" x {contact.height_m:.1f}"
+        size = f"{contact.length_m:.1f} x {contact.width_m:.1f}{height} m"
+        place = f"ping {contact.ping}, {contact.channel} {contact.ground_range_m:.1f} m"
+        lines.append(f"  {contact.id:4}  {place}: {size}, confidence {contact.confidence:.2f}")
+    return "\n".join([*lines, f"table  {target}"])
