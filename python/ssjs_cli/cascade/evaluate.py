@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
-from ssjs_cli.cascade.detect import outcomes_of
+from ssjs_cli.cascade.detect import detections_in
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, read_labelled_images, recording_names
 from ssjs_cli.cascade.model_file import Model, load_model
 from ssjs_cli.cascade.samples import PictureSource
@@ -20,7 +20,9 @@ from ssjs_cli.cascade.window_boxes import window_box
 from ssjs_cli.cascade.windows import background_windows, judged, no_windows, stages_of, window_of
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.atomic import new_directory
+from ssjs_cli.finished import Finished
+from ssjs_cli.formats.atomic import holds_only, new_directory
+from ssjs_cli.segmentation.image_list import title_of
 from ssjs_cli.session import Session
 from ssjs_cli.studies.study_folder import key_of
 from ssjs_cli.studies.tables import csv_text, json_text
@@ -33,6 +35,7 @@ TABLE_FILE = "detections.csv"
 CONFIG_FILE = "config.toml"
 PAGE_FILE = "report.html"
 FILES = (SUMMARY_FILE, LAYERS_FILE, FROC_FILE, TABLE_FILE, CONFIG_FILE, PAGE_FILE)
+why_not_an_evaluation = holds_only(FILES, (SUMMARY_FILE,))
 DETECTION_COLUMNS = ("image", "x_px", "y_px", "width_px", "height_px", "score", "outcome")
 FROC_COLUMNS = ("threshold", "false_boxes_per_image", "detection_rate", "precision")
 LAYER_COLUMNS = (
@@ -59,13 +62,6 @@ class EvaluationRequest:
 
 
 @dataclass(frozen=True)
-class FinishedEvaluation:
-    directory: Path
-    document: dict[str, Any]
-    failures: list[tuple[str, str]]
-
-
-@dataclass(frozen=True)
 class Evaluated:
     """All that the result files tell. band: false boxes an image, and the detection rate's limits there."""
 
@@ -80,7 +76,7 @@ class Evaluated:
     failures: list[tuple[str, str]]
 
 
-def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation:
+def evaluate(request: EvaluationRequest, session: Session) -> Finished:
     settings, seed = resolve_cascade(request.settings, EVALUATION)
     model = load_model(request.model)
     labelled = read_labelled_images(request.images, request.labels, settings)
@@ -88,18 +84,18 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
         raise UserError(f"{request.labels.masks or request.labels.annotations}: holds no object of these images; check the paths")
     listed = [image.listed for image in labelled.images]
     recordings = recording_names(listed, request.recordings)
-    out = request.out or Path("runs") / f"{Path(os.path.abspath(request.images[0])).stem}-cascade-evaluation"
+    title = title_of(request.images)
+    out = request.out or Path("runs") / f"{title}-cascade-evaluation"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     with new_directory(out, force=request.force, why_not_ours=why_not_an_evaluation, kind=KIND) as partial:
-        outcomes = outcomes_of(
+        results = detections_in(
             listed, model, settings, request.jobs, None, session, {image.listed.name for image in labelled.images if image.mirrored}
         )
-        failures = list(labelled.problems)
+        failures = [*labelled.problems, *results.failures]
         matches, rows, kept = [], [], []
         for image, recording in zip(labelled.images, recordings, strict=True):
-            record = outcomes[image.listed.stem].record
+            record = results.records.get(image.listed.name)
             if record is None:
-                failures.append((image.listed.name, outcomes[image.listed.stem].reason))
                 continue
             detections = [
                 Scored((row["x_px"], row["y_px"], row["width_px"], row["height_px"]), row["score"], row["neighbours"])
@@ -112,7 +108,7 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
         labelled = LabelledImages(kept, labelled.problems, labelled.unlabelled)
         made = curve(matches)
         evaluated = Evaluated(
-            Path(os.path.abspath(request.images[0])).name,
+            title,
             model,
             labelled,
             matches,
@@ -132,7 +128,7 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
             from ssjs_cli.report.cascade_evaluation_page import evaluation_page
 
             (partial / PAGE_FILE).write_text(evaluation_page(evaluated, document), encoding="utf-8")
-    return FinishedEvaluation(out, document, failures)
+    return Finished(out, document, failures)
 
 
 def layer_table(model: Model, labelled: LabelledImages, wanted: int, seed: int, threads: int) -> list[dict[str, Any]]:
@@ -250,10 +246,3 @@ def _summary(evaluated: Evaluated, seed: int) -> dict[str, Any]:
 
 def _rounded(value: float) -> float:
     return round(float(value), RATE_DECIMALS)
-
-
-def why_not_an_evaluation(directory: Path) -> str | None:
-    if not (directory / SUMMARY_FILE).is_file():
-        return f"it holds no {SUMMARY_FILE}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in FILES)
-    return f"it also holds {foreign[0]}" if foreign else None

@@ -8,11 +8,11 @@ from typing import Any
 
 from ssjs_cli import _core
 from ssjs_cli.cascade.box_pictures import FOUND, DrawnBox, overlay
-from ssjs_cli.cascade.labelled_images import file_digest
 from ssjs_cli.cascade.model_file import cascade_from_text
 from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.cascade.window_boxes import object_box
 from ssjs_cli.config import Scalar
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import read_image, write_png
 
 OVERLAYS = "overlays"

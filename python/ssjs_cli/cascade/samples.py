@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
-from ssjs_cli.cascade.labelled_images import LabelledImage, LabelledImages, file_digest
+from ssjs_cli.cascade.labelled_images import LabelledImage, LabelledImages
 from ssjs_cli.cascade.settings import (
     AUGMENTATION_PREFIX,
     BACKGROUND_KEY,
@@ -28,6 +28,7 @@ from ssjs_cli.cascade.windows import Windows, background_windows, core_seed, no_
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.annotations.boxes import Box
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.segmentation.image_list import ListedImage
 

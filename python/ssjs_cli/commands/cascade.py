@@ -100,7 +100,7 @@ def train(session: Session, /, **options: Any) -> int:
         force=options["force"],
     )
     finished = train_cascade(request, session)
-    return answer_training(finished.directory, finished.document, finished.failures, session)
+    return answer_training(finished, session)
 
 
 @cascade.command()
@@ -135,7 +135,7 @@ def detect(session: Session, /, model: str, images: tuple[str, ...], **options: 
         force=options["force"],
     )
     finished = detect_objects(request, session)
-    return answer_detection(finished.directory, finished.document, finished.failures, session)
+    return answer_detection(finished, session)
 
 
 @cascade.command()
@@ -170,7 +170,7 @@ def evaluate(session: Session, /, model: str, images: tuple[str, ...], **options
         force=options["force"],
     )
     finished = evaluate_cascade(request, session)
-    return answer_evaluation(finished.directory, finished.document, finished.failures, session)
+    return answer_evaluation(finished, session)
 
 
 @cascade.command()

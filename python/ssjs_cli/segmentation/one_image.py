@@ -1,6 +1,5 @@
 """The work on one image, in whatever process: read, segmented, its pictures written, its numbers returned as plain data."""
 
-import hashlib
 import math
 import time
 from collections.abc import Mapping
@@ -11,6 +10,7 @@ from typing import Any
 from ssjs_cli import _core
 from ssjs_cli.config import Scalar, Settings
 from ssjs_cli.errors import UserError
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import write_png
 from ssjs_cli.formats.image_levels import LevelImage, Mask
 from ssjs_cli.segmentation.contact_sheet import thumbnails
@@ -93,7 +93,7 @@ def _summary(
     return {
         "image": task.name,
         "files": task.stem,
-        "sha256": _digest(path),
+        "sha256": file_digest(path),
         "width_px": image.width_px,
         "height_px": image.height_px,
         "bits": image.bits,
@@ -112,11 +112,6 @@ def _summary(
         "foreground_fraction": round(foreground / valid_pixels, 6) if valid_pixels else 0.0,
         "reason": reason,
     }
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _rounded(value: Any) -> float | None:
