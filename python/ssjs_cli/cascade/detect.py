@@ -9,9 +9,10 @@ from pathlib import Path
 from ssjs_cli import _core
 from ssjs_cli.cascade.labelled_images import mirrored_names
 from ssjs_cli.cascade.model_file import Model, load_model
-from ssjs_cli.cascade.one_image import OVERLAYS, DetectionTask, detect_in_image
-from ssjs_cli.cascade.settings import DETECTION, DETECTOR_PREFIX, SettingsRequest, part, resolve_cascade
+from ssjs_cli.cascade.one_image import OVERLAYS, DetectionTask, detect_in_image, further_columns
+from ssjs_cli.cascade.settings import DETECTION, VERIFY_KEY, SettingsRequest, resolve_cascade
 from ssjs_cli.config import Settings
+from ssjs_cli.errors import UserError
 from ssjs_cli.finished import Finished
 from ssjs_cli.formats.atomic import holds_only, new_directory
 from ssjs_cli.segmentation.image_jobs import ImageResults, each_image
@@ -70,7 +71,7 @@ def detect(request: DetectionRequest, session: Session) -> Finished:
             "images": [{**record["summary"], "boxes": record["detections"]} for record in records],
         }
         rows = [row for record in records for row in record["detections"]]
-        (partial / TABLE_FILE).write_text(csv_text(COLUMNS, rows), encoding="utf-8")
+        (partial / TABLE_FILE).write_text(csv_text((*COLUMNS, *further_columns(settings.values)), rows), encoding="utf-8")
         (partial / SUMMARY_FILE).write_text(json_text(document), encoding="utf-8")
         (partial / CONFIG_FILE).write_text(settings.to_toml(seed), encoding="utf-8")
         timing = {
@@ -81,6 +82,14 @@ def detect(request: DetectionRequest, session: Session) -> Finished:
         if results.faults:
             (partial / FAULT_FILE).write_text("\n".join(results.faults) + "\n", encoding="utf-8")
     return Finished(out, document, results.failures)
+
+
+def check_verifiable(model: Model, settings: Settings) -> None:
+    if settings.values[VERIFY_KEY] == "contour" and model.cascade.contours_known == 0:
+        raise UserError(
+            f"{model.path}: holds no contours to verify detections with; give a cascade.json trained with contour.learn = true, "
+            "or leave --verify out"
+        )
 
 
 def detections_in(
@@ -95,7 +104,7 @@ def detections_in(
     """One image is searched by all workers, many by one each. Raises UserError if none could be used."""
     workers = jobs or os.cpu_count() or 1
     text = model.cascade.to_json()
-    values = part(settings.values, DETECTOR_PREFIX)
+    check_verifiable(model, settings)
 
     def task_of(_: int, image: ListedImage) -> DetectionTask:
         return DetectionTask(
@@ -104,7 +113,7 @@ def detections_in(
             model=text,
             margin=model.margin,
             smoothing_px=model.smoothing_px,
-            settings=values,
+            settings=dict(settings.values),
             threads=workers if len(images) == 1 else 1,
             overlay=None if overlays is None else str(overlays / f"{image.stem}.png"),
             mirrored=image.name in mirrored,

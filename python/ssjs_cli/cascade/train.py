@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.contours import LEAST_OBJECTS, object_contours
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, mirrored_names, read_labelled_images, recording_names
 from ssjs_cli.cascade.model_file import MEAN_FILE, MODEL_FILE, XML_FILE
 from ssjs_cli.cascade.plan_file import Plan, plan_text, read_plan
 from ssjs_cli.cascade.samples import TrainingSamples, make_samples
-from ssjs_cli.cascade.settings import TRAINER_PREFIX, TRAINING, SettingsRequest, part, resolve_cascade
+from ssjs_cli.cascade.settings import CONTOUR_KEY, TRAINER_PREFIX, TRAINING, SettingsRequest, resolve_cascade
 from ssjs_cli.cascade.windows import core_seed, window_set
-from ssjs_cli.config import Settings
+from ssjs_cli.config import Settings, part
 from ssjs_cli.errors import InterruptionError, UserError
 from ssjs_cli.finished import Finished
 from ssjs_cli.formats.atomic import check_replaceable, holds_only, new_directory
@@ -113,6 +114,9 @@ def train(request: TrainingRequest, session: Session) -> Finished:
         raise UserError("no picture is left to take windows without object from; give more --negatives, or a lower validation.fraction")
     read_s = time.perf_counter()
     cascade = _trained(samples, plan, settings, seed, threads, checkpoint, request.resume)
+    contours = object_contours(labelled.images, settings) if settings.values[CONTOUR_KEY] else []
+    if len(contours) >= LEAST_OBJECTS:
+        cascade = cascade.with_contours(contours)
     trained_s = time.perf_counter()
     pictures = [*samples.negatives.problems.items(), *samples.validation_pictures.problems.items()]
     failures = [*labelled.problems, *pictures]
@@ -208,6 +212,7 @@ def _summary(trained: Trained) -> dict[str, Any]:
             "negative_pictures": len(samples.negatives),
             "negative_pictures_held_back": len(samples.validation_pictures),
             "windows_held_back": len(samples.validation_negatives),
+            "contours": trained.cascade.contours_known,
             "failed": len(trained.failures),
             "layers": len(provenance["layers"]),
             "features": sum(layer["features"] for layer in provenance["layers"]),

@@ -67,6 +67,8 @@ def model_page(model: Model, layers: Sequence[dict[str, Any]], mean: NDArray[np.
         ("features", str(sum(layer["features"] for layer in layers))),
         ("by", provenance["trained_with"] or "another program"),
     ]
+    if cascade.contours_known:
+        facts.append(("contours known", str(cascade.contours_known)))
     if provenance["stopped_because"]:
         facts.append(("training ended", provenance["stopped_because"]))
     settings = [{"setting": key, "value": value} for key, value in provenance["settings"].items()]
