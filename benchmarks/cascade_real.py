@@ -108,7 +108,7 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
                 cascade.save(str(kept))
         time_s = time.perf_counter() - started_s
         if detector["verify"] == "contour":
-            cascade = cascade.with_contours(object_contours([labelled.images[index] for index in chosen], settings))
+            cascade = cascade.with_contours(object_contours(cascade, [labelled.images[index] for index in chosen], settings, jobs))
         tests = [
             (image.listed.path, image.boxes, recordings[index], image.mirrored)
             for index, image in enumerate(labelled.images)
