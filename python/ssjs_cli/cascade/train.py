@@ -114,7 +114,8 @@ def train(request: TrainingRequest, session: Session) -> Finished:
         raise UserError("no picture is left to take windows without object from; give more --negatives, or a lower validation.fraction")
     read_s = time.perf_counter()
     cascade = _trained(samples, plan, settings, seed, threads, checkpoint, request.resume)
-    contours = object_contours(cascade, labelled.images, settings, threads) if settings.values[CONTOUR_KEY] else []
+    with working("looking at contours"):
+        contours = object_contours(cascade, labelled.images, settings, threads) if settings.values[CONTOUR_KEY] else []
     if len(contours) >= LEAST_OBJECTS:
         cascade = cascade.with_contours(contours)
     trained_s = time.perf_counter()

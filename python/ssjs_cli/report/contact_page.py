@@ -39,6 +39,7 @@ def render_contacts(page: ContactPage) -> str:
         with_plots=False,
         kind=page.kind,
         title=page.title,
+        subtitle="",
         facts=page.facts,
         failures=shown_failures(page.failures),
         entries=[_with_safe_link(entry) for entry in page.entries],

@@ -49,7 +49,7 @@ def segment_comparison_page(comparison: "MethodComparison", entries: Sequence[Sh
             facts=facts,
             entries=entries,
             images=images,
-            sheets=[sheet("methods", "Methods", COLUMNS, comparison.methods, note=NOTE, in_overview=True)],
+            sheets=[sheet("methods", "Methods", COLUMNS, comparison.methods, note=NOTE)],
             failures=list(comparison.failures),
             objects_are_shown=False,
             truth_is_shown=comparison.truth_is_known,

@@ -59,7 +59,7 @@ def segmentation_page(segmented: "Segmented", document: Mapping[str, Any], entri
 def _table(summaries: Sequence[Mapping[str, Any]]) -> Sheet:
     rows = [_with_words(summary) for summary in summaries[:MAX_ROWS]]
     note = f"The first {MAX_ROWS} of {len(summaries)} images; segmentation.json holds all." if len(summaries) > MAX_ROWS else ""
-    return sheet("images", "Images", COLUMNS, rows, note=note)
+    return sheet("images", "Images", COLUMNS, rows, note=note, in_overview=False)
 
 
 def _with_words(summary: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ SheetColumn = tuple[str, str, int | None, float]
 
 @dataclass(frozen=True)
 class Sheet:
-    """swatch: the first column shows the colour of its row; in_overview: at the top of the page, where the page has such a place."""
+    """swatch: the first column shows the colour of its row; in_overview: at the top of the page, not in a section of its own."""
 
     id: str
     heading: str
@@ -20,7 +20,7 @@ class Sheet:
     rows: list[Row]
     note: str = ""
     swatch: bool = False
-    in_overview: bool = False
+    in_overview: bool = True
 
 
 def sheet(
@@ -31,7 +31,7 @@ def sheet(
     *,
     colours: Sequence[str] = (),
     note: str = "",
-    in_overview: bool = False,
+    in_overview: bool = True,
 ) -> Sheet:
     """Columns in which no row has a value are left out; rows with a `reason` are marked."""
     shown = [column for column in columns if any(row.get(column[0]) is not None for row in rows)]
