@@ -146,7 +146,8 @@ Provenance provenance_from(const Json& json) {
 
 std::vector<double> numbers(const Json& object, const std::string& key, const std::string& where) {
   std::vector<double> found;
-  for (const Json& value : list(object, key, where)) found.push_back(number(value, where + "." + key));
+  const std::string here = where + "." + key;
+  for (const Json& value : list(object, key, where)) found.push_back(number(value, here));
   return found;
 }
 
