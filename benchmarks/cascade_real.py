@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.contours import object_contours
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, read_labelled_images, recording_names
 from ssjs_cli.cascade.samples import make_samples
 from ssjs_cli.cascade.scoring import ImageMatch, Scored, bootstrap_band, curve, match, wilson_band
@@ -30,12 +31,13 @@ from ssjs_cli.cascade.settings import (
     TRAINER_PREFIX,
     TRAINING,
     SettingsRequest,
-    part,
     resolve_cascade,
 )
+from ssjs_cli.cascade.size_limits import in_pixels
 from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.cascade.window_boxes import object_box
 from ssjs_cli.cascade.windows import judged, window_set
+from ssjs_cli.config import part
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.segmentation.image_list import listed_images
 
@@ -76,7 +78,8 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
     of_training = [assignment for assignment in overrides if assignment not in of_detector]
     settings, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_SETTINGS, *of_training]), TRAINING)
     detecting, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_DETECTOR, *of_detector]), DETECTION)
-    detector = part(detecting.values, DETECTOR_PREFIX)
+    margin, smoothing_px = float(settings.values[MARGIN_KEY] or 0.0), int(settings.values[SMOOTHING_KEY] or 1)
+    detector = in_pixels(detecting.values, margin)
     labelled = read_labelled_images([str(folder / "images")], LabelSource(masks=folder / "masks", mirrored=SDVD_MIRRORED), settings)
     recordings = recording_names([image.listed for image in labelled.images], SDVD_RECORDING)
     negatives = listed_images([str(folder / "negatives")])
@@ -104,7 +107,8 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
             if kept is not None:
                 cascade.save(str(kept))
         time_s = time.perf_counter() - started_s
-        margin, smoothing_px = float(settings.values[MARGIN_KEY] or 0.0), int(settings.values[SMOOTHING_KEY] or 1)
+        if detector["verify"] == "contour":
+            cascade = cascade.with_contours(object_contours(cascade, [labelled.images[index] for index in chosen], settings, jobs))
         tests = [
             (image.listed.path, image.boxes, recordings[index], image.mirrored)
             for index, image in enumerate(labelled.images)
@@ -116,8 +120,8 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
             levels, side = smoothed(image.levels, image.valid, smoothing_px), "mirrored" if mirrored else "as_trained"
             found = _core.detect_objects(cascade, levels, image.valid, {**detector, "side": side}, jobs)
             detections = [
-                Scored(object_box((int(left), int(top), int(width), int(height)), margin), score, int(neighbours))
-                for left, top, width, height, score, neighbours in found.tolist()
+                Scored(object_box((int(left), int(top), int(width), int(height)), margin, mirrored=mirrored), score, int(neighbours))
+                for left, top, width, height, score, neighbours, *_ in found.tolist()
             ]
             matches.append(match(detections, boxes, IOU, recording))
         records = cascade.provenance()["layers"]

@@ -1,6 +1,5 @@
 """Images with the boxes of their objects, from masks or from annotations; what cannot be used is named, and left out."""
 
-import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.annotations.annotation_source import Annotations, BoxFinder, read_annotations
 from ssjs_cli.formats.annotations.boxes import Box
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.formats.image_levels import LevelImage, Mask
 from ssjs_cli.segmentation.image_list import ListedImage, listed_images
@@ -140,11 +140,6 @@ def _boxes_of_mask(mask: Mask, image: LevelImage, settings: Settings) -> list[Bo
         return []
     groups = _core.group_regions(regions, float(settings.values[MASK_GAP_KEY] or 0.0))
     return [(int(x), int(y), int(width), int(height)) for x, y, width, height in groups["bounding_box_px"]]
-
-
-def file_digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def mirrored_names(images: Sequence[ListedImage], pattern: str | None) -> set[str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ssjs_cli import _core
 from ssjs_cli.errors import UserError, describe_os_error
+from ssjs_cli.formats.file_digest import file_digest
 
 MODEL_FILE = "cascade.json"
 XML_FILE = "cascade.xml"
@@ -26,8 +27,6 @@ class Model:
 
 
 def load_model(path: Path) -> Model:
-    from ssjs_cli.cascade.labelled_images import file_digest
-
     if path.is_dir():
         path = path / MODEL_FILE
     try:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
-from ssjs_cli.cascade.labelled_images import LabelledImage, LabelledImages, file_digest
+from ssjs_cli.cascade.labelled_images import LabelledImage, LabelledImages
 from ssjs_cli.cascade.settings import (
     AUGMENTATION_PREFIX,
     BACKGROUND_KEY,
@@ -20,14 +20,14 @@ from ssjs_cli.cascade.settings import (
     VALIDATION_WINDOWS_KEY,
     WINDOW_HEIGHT_KEY,
     WINDOW_WIDTH_KEY,
-    part,
 )
 from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.cascade.window_boxes import window_box
 from ssjs_cli.cascade.windows import Windows, background_windows, core_seed, no_windows, window_of, window_set
-from ssjs_cli.config import Settings
+from ssjs_cli.config import Settings, part
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.annotations.boxes import Box
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.segmentation.image_list import ListedImage
 

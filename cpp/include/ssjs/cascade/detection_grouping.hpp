@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 namespace ssjs {
@@ -12,11 +13,18 @@ struct WindowHit {
   double score = 0;
 };
 
+/// What the contour in a box says about it.
+struct ContourVerdict {
+  std::optional<double> distance;  ///< (C-20); none if the box holds no echo
+  double score = 0;                ///< (C-23); 0 without an echo
+};
+
 /// One object: the mean of the boxes of a group.
 struct Detection {
   cv::Rect box;
-  double score = 0;    ///< greatest of the group
-  int neighbours = 0;  ///< windows in the group
+  double score = 0;                                      ///< greatest of the group
+  int neighbours = 0;                                    ///< windows in the group
+  std::optional<ContourVerdict> contour = std::nullopt;  ///< where the detector looks at it
 };
 
 /// Boxes are alike when their four sides differ by at most `similarity` times the mean of the lesser width and the lesser height;
