@@ -162,7 +162,7 @@ TEST(CascadeTrainerTest, C16_AStageIsThatOfTextbookAdaBoost) {
     }
     CascadeTrainerConfig config = sample_config();
     config.boost = type;
-    config.max_asymmetry = 1;
+    config.rejecting_features = 0;
     config.max_shift = 0;
     config.negatives_per_layer = 50;
     const HaarCascade cascade = train_cascade(data, {{1, 1e-9, 4}}, config, 1);
