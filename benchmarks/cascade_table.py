@@ -18,7 +18,7 @@ from ssjs_cli.cascade.scoring import wilson_band
 from ssjs_cli.cascade.windows import judged, window_set
 
 #: Cumulative: detection rate, false positive rate; features; of what reaches the layer, how much may pass.
-PLAN = [(0.9975, 0.10, 1, 1.0), (0.9955, 0.03, 1, 1.0), (0.993, 0.008, 2, 1.0)]
+PLAN = [(0.998, 0.10, 1, 1.0), (0.9955, 0.04, 1, 1.0), (0.992, 0.008, 2, 1.0)]
 #: What is asked of the first layers: detection rate, false positive rate, features so far.
 BARS = [(0.995, 0.53, 1), (0.993, 0.06, 2), (0.990, 0.01, 4)]
 
@@ -31,10 +31,11 @@ def rate_text(passed: int, count: int) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--objects", type=int, default=4000, help="trained on")
-    parser.add_argument("--negatives", type=int, default=8000, help="trained on, mined anew for each layer")
+    parser.add_argument("--negatives", type=int, default=8000, help="trained on in each layer")
+    parser.add_argument("--windows", type=int, default=100000, help="without object, of which those that pass train the next layer first")
     parser.add_argument("--judged-objects", type=int, default=5000, help="to validate, and as many to test")
     parser.add_argument("--judged-windows", type=int, default=40000, help="without object, to validate, and as many to test")
-    parser.add_argument("--pictures", type=int, default=100, help="without object, in each of the three sets")
+    parser.add_argument("--pictures", type=int, default=100, help="of seafloor, in each of the three sets")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--set", dest="overrides", action="append", default=[], help="a setting of the trainer, as memory_mb=2000")
@@ -50,10 +51,11 @@ def main() -> None:
         return object_windows(arguments.judged_objects, next(seeds)), windows
 
     objects = object_windows(arguments.objects, next(seeds))
+    given = seafloor_windows(trained_on, arguments.windows, next(seeds), arguments.jobs)
     validation, test = judged_set(), judged_set()
     started_s = time.process_time()
     cascade = _core.train_cascade(
-        window_set(objects), window_set(validation[0]), validation_negatives=window_set(validation[1]), images=len(trained_on),
+        window_set(objects), window_set(validation[0]), window_set(given), window_set(validation[1]), images=len(trained_on),
         read=trained_on.__getitem__, plan=PLAN, threads=arguments.jobs,
         config={"negatives_per_layer": arguments.negatives, "seed": arguments.seed, **overrides},
     )  # fmt: skip

@@ -1,5 +1,6 @@
 #include "ssjs/cascade/cascade_trainer.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <sstream>
@@ -90,9 +91,13 @@ class Trainer {
       throw Cancelled();
   }
 
-  /// The windows without object that pass so far: those given first, then as many as are wanted from the pictures.
+  /// As many windows without object that pass so far as are wanted: of those given, evenly, then from the pictures.
   [[nodiscard]] MinedNegatives negatives_of_layer() const {
-    MinedNegatives found{data_.negatives.select(followed_.negatives.standing()), 0, 0, 0};
+    std::vector<std::size_t> standing = followed_.negatives.standing();
+    const std::size_t given = std::min(standing.size(), wanted_);
+    for (std::size_t i = 0; i < given; ++i) standing[i] = standing[i * standing.size() / given];
+    standing.resize(given);
+    MinedNegatives found{data_.negatives.select(standing), 0, 0, 0};
     if (found.windows.size() >= wanted_) return found;
     MinedNegatives mined = mine_negatives(cascade_, data_.negative_images, wanted_ - found.windows.size(), config_.mining_scale_factor,
                                           rng_, "mining for layer " + std::to_string(cascade_.stages.size() + 1), threads_);

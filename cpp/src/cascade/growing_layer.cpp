@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "ssjs/cascade/rejection_search.hpp"
+#include "ssjs/cascade/rejecting_stumps.hpp"
 
 namespace ssjs {
 namespace {
@@ -142,24 +142,24 @@ LayerAttempt boosted_layer(const LayerTask& task, double asymmetry) {
 }
 
 LayerAttempt rejecting_layer(const LayerTask& task) {
-  const std::size_t objects = task.table.positives();
-  const double may_be_lost = std::max(0.0, 1 - task.target.detection_rate / std::max(task.followed.judges().rate(), 1e-9));
-  std::vector<unsigned char> standing(task.table.samples(), 1);
-  std::size_t lost = 0;
-  GrowingLayer layer(task);
-  while (layer.wants_more()) {
-    task.report(layer.size());
-    const double share = may_be_lost * (layer.size() + 1) / task.target.max_features;
-    const auto lost_by_then = static_cast<std::size_t>(share * static_cast<double>(objects) + 1e-9);
-    const auto stump = best_rejection(task.table, standing, lost_by_then - std::min(lost_by_then, lost), task.threads);
-    if (!stump || !layer.add(*stump)) break;
-    for (std::size_t i = 0; i < standing.size(); ++i) {
-      if (layer.answer(*stump, i) == std::max(stump->left, stump->right) || standing[i] == 0) continue;
-      standing[i] = 0;
-      lost += i < objects ? 1 : 0;
-    }
+  const double detection_rate = task.followed.judges().rate();
+  const double lost = 1 - task.target.detection_rate / std::max(detection_rate, task.target.detection_rate);
+  RejectingStumps rejecting(task.table, lost, task.target.max_features, task.threads);
+  GrowingLayer greedy(task);
+  while (greedy.wants_more()) {
+    task.report(greedy.size());
+    const auto stump = rejecting.next();
+    if (!stump || !greedy.add(*stump)) break;
   }
-  return layer.take();
+  LayerAttempt first = greedy.take();
+  if (first.stage.weak.size() < 2 || task.reached(first.record)) return first;
+  task.report(first.record.features);
+  rejecting.refine();
+  GrowingLayer refined(task);
+  for (const Stump& stump : rejecting.stumps())
+    if (!refined.wants_more() || !refined.add(stump)) break;
+  LayerAttempt second = refined.take();
+  return second.record.false_positive_rate < first.record.false_positive_rate ? second : first;
 }
 
 }  // namespace ssjs

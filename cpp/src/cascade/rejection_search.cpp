@@ -8,14 +8,12 @@
 #include <tuple>
 
 #include "ssjs/base/error.hpp"
-#include "ssjs/cascade/parallel_blocks.hpp"
+#include "ssjs/cascade/feature_sweep.hpp"
 
 namespace ssjs {
 namespace {
 
 constexpr std::size_t kBins = FeatureTable::kBins;
-constexpr std::size_t kFeaturesPerBlock = 256;
-constexpr std::size_t kScoutStride = 61;  // features looked at first, for a number to measure the others by
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 /// A feature and which of its values pass.
@@ -137,23 +135,9 @@ std::optional<Stump> best_rejection(const FeatureTable& table, const std::vector
                           "must be as many as samples: " + std::to_string(table.samples()));
   Search search(table, standing, lost);
   if (!search.possible()) return std::nullopt;
-  Rejection best;
-  const auto pass = [&](const std::vector<std::size_t>& features) {
-    const std::size_t blocks = (features.size() + kFeaturesPerBlock - 1) / kFeaturesPerBlock;
-    std::vector<Rejection> best_of_block(blocks);
-    parallel_blocks(blocks, threads, [&](std::size_t block) {
-      FeatureTable::Scratch scratch;
-      const std::size_t end = std::min(features.size(), (block + 1) * kFeaturesPerBlock);
-      for (std::size_t k = block * kFeaturesPerBlock; k < end; ++k) search.examine(features[k], scratch, best_of_block[block]);
-    });
-    for (const Rejection& found : best_of_block)
-      if (better(found, best)) best = found;
-  };
-  std::vector<std::size_t> scouts;
-  std::vector<std::size_t> others;
-  for (std::size_t f = 0; f < table.features(); ++f) (f % kScoutStride == 0 ? scouts : others).push_back(f);
-  pass(scouts);
-  pass(others);
+  const Rejection best = sweep_features<Rejection>(
+      table.features(), threads,
+      [&](std::size_t f, FeatureTable::Scratch& scratch, Rejection& found) { search.examine(f, scratch, found); }, better, [] {});
   if (best.passed >= search.negatives()) return std::nullopt;
   return search.stump_of(best);
 }
