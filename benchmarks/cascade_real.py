@@ -49,7 +49,7 @@ SDVD_MIRRORED = "^right_"
 SDVD_PLAN = [(0.99, 0.0005, 10, 1.0), (0.98, 0.0005, 30, 1.0), (0.97, 0.0005, 60, 1.0), (0.96, 0.0005, 80, 1.0)]
 SDVD_SETTINGS = (
     "image.smoothing_px=3", "image.border_px=40", "window.width_px=16", "window.height_px=16", "window.margin=0.25",
-    "samples.min_object_px=8", "validation.fraction=0.15", "augmentation.copies=9", "augmentation.scale=0.15", "augmentation.shift_px=1.3",
+    "validation.fraction=0.15", "augmentation.copies=9", "augmentation.scale=0.15", "augmentation.shift_px=1.3",
     "augmentation.gain=0", "augmentation.additive_noise=0", "augmentation.multiplicative_noise=0", "training.feature_set=side_scan_basic",
     "training.max_asymmetry=1", "training.max_shift=0", "training.min_improvement=0.0001", "training.negatives_per_layer=3000",
 )  # fmt: skip
