@@ -196,7 +196,9 @@ std::vector<Detection> CascadeDetector::detect(const SonarImage& image, int thre
     for (const LevelHits::Hit& hit : level.hits) hits.push_back({{{scaled(hit.top_left.x), scaled(hit.top_left.y)}, size}, hit.score});
   }
   std::vector<Detection> kept;
-  for (Detection detection : group_hits(hits, config_.min_neighbours, config_.similarity)) {
+  const bool alike = config_.grouping == HitGrouping::kAlike;
+  for (Detection detection : alike ? group_hits(hits, config_.min_neighbours, config_.similarity)
+                                   : best_hits(hits, config_.min_neighbours, config_.max_overlap)) {
     detection.box &= cv::Rect({0, 0}, seen.intensity.size());  // scaled sizes are rounded
     if (config_.verify == DetectionVerifier::kContour) {
       detection.contour = contour_in(seen, detection.box);

@@ -112,7 +112,7 @@ def detections_in(
             name=image.name,
             model=text,
             margin=model.margin,
-            smoothing_px=model.smoothing_px,
+            preparation=model.preparation,
             settings=dict(settings.values),
             threads=workers if len(images) == 1 else 1,
             overlay=None if overlays is None else str(overlays / f"{image.stem}.png"),

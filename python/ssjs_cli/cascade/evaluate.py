@@ -142,10 +142,10 @@ def layer_table(model: Model, labelled: LabelledImages, settings: Settings, want
     windows = []
     views = views_of(labelled.images, settings.values)
     for view in views:
-        boxes = view.objects()
+        boxes = view.objects(model.preparation)
         if not boxes:
             continue
-        levels, _ = view.read(model.smoothing_px)
+        levels, _ = view.read(model.preparation)
         for box in boxes:
             grown = window_box(box, model.margin, size, levels.shape[::-1])
             window = None if grown is None else window_of(levels, grown, *size)
@@ -153,11 +153,7 @@ def layer_table(model: Model, labelled: LabelledImages, settings: Settings, want
                 windows.append(window)
 
     def without_objects(index: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        levels, valid = views[index].read(model.smoothing_px)
-        ground = np.full(levels.shape, 255, dtype=np.uint8) if valid is None else valid.copy()
-        for left, top, width, height in views[index].occupied():
-            ground[top : top + height, left : left + width] = 0
-        return levels, ground
+        return views[index].ground(model.preparation)
 
     background = background_windows(len(views), without_objects, wanted, *size, seed, "windows of the layer table", threads)
     objects = np.stack(windows) if windows else no_windows(*size)

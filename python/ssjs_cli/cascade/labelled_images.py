@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ssjs_cli import _core
 from ssjs_cli.cascade.settings import MASK_GAP_KEY, MIN_OBJECT_KEY
-from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.annotations.annotation_source import Annotations, BoxFinder, read_annotations
@@ -43,14 +42,15 @@ class LabelledImage:
     digest: str
     mirrored: bool = False
 
-    def read_levels(self, smoothing_px: int) -> tuple[NDArray[np.uint8], tuple[Box, ...]]:
-        """In 8 bits, smoothed, with the boxes, both turned left to right where the image is mirrored."""
+    def read_levels(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None, tuple[Box, ...]]:
+        """In 8 bits, where they are valid, and the boxes, all turned left to right where the image is mirrored."""
         picture = read_image(self.listed.path)
-        levels = smoothed(picture.levels, picture.valid, smoothing_px)
+        levels: NDArray[np.uint8] = _core.in_8_bits(picture.levels, picture.valid)
         if not self.mirrored:
-            return levels, self.boxes
+            return levels, picture.valid, self.boxes
         boxes = tuple((self.width_px - left - width, top, width, height) for left, top, width, height in self.boxes)
-        return np.ascontiguousarray(levels[:, ::-1]), boxes
+        valid = None if picture.valid is None else np.ascontiguousarray(picture.valid[:, ::-1])
+        return np.ascontiguousarray(levels[:, ::-1]), valid, boxes
 
 
 @dataclass(frozen=True)

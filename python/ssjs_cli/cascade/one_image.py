@@ -10,6 +10,7 @@ from typing import Any
 from ssjs_cli import _core
 from ssjs_cli.cascade.box_pictures import FOUND, DrawnBox, overlay
 from ssjs_cli.cascade.model_file import cascade_from_text
+from ssjs_cli.cascade.preparation import Preparation
 from ssjs_cli.cascade.settings import VERIFY_KEY
 from ssjs_cli.cascade.sides import SIDE_KEY, PictureSide, sides_of
 from ssjs_cli.cascade.size_limits import DETECTOR_PREFIX, in_pixels
@@ -33,7 +34,7 @@ class DetectionTask:
     name: str
     model: str
     margin: float
-    smoothing_px: int
+    preparation: Preparation
     settings: Mapping[str, Scalar]
     threads: int = 1
     overlay: str | None = None
@@ -75,14 +76,17 @@ def detect_in_image(task: DetectionTask) -> dict[str, Any]:
 
 
 def _detections_on(side: PictureSide, image: LevelImage, task: DetectionTask) -> list[dict[str, Any]]:
-    levels, valid = side.levels_of(image, task.smoothing_px)
+    levels, valid = side.levels_of(image, task.preparation)
     config = {**in_pixels(task.settings, task.margin), SIDE_KEY.removeprefix(DETECTOR_PREFIX): side.as_setting}
     found = _core.detect_objects(cascade_from_text(task.model), levels, valid, config, task.threads)
     across_m, along_m = task.settings[PIXEL_ACROSS_KEY], task.settings[PIXEL_ALONG_KEY]
     rows = []
     for x, y, window_width, window_height, score, neighbours, *contour in found.tolist():
-        window = (int(x) + side.first_column, int(y), int(window_width), int(window_height))
-        left, top, width, height = object_box(window, task.margin, mirrored=side.mirrored)
+        inner = object_box((int(x), int(y), int(window_width), int(window_height)), task.margin, mirrored=side.mirrored)
+        shown = task.preparation.object_in_picture(inner, side.end_column - side.first_column, image.height_px)
+        if shown is None:
+            continue
+        left, top, width, height = shown[0] + side.first_column, *shown[1:]
         row: dict[str, Any] = {
             "image": task.name, "x_px": left, "y_px": top, "width_px": width, "height_px": height,
             "score": round(score, SCORE_DECIMALS), "neighbours": int(neighbours),

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.preparation import BORDER_KEY, SMOOTHING_KEY
 from ssjs_cli.cascade.size_limits import DETECTOR_PREFIX, SIZE_FIELDS, size_violations
 from ssjs_cli.config import (
     FieldDescription,
@@ -20,7 +21,6 @@ from ssjs_cli.segmentation.ground_settings import GROUND_FIELDS, ground_layers, 
 
 TRAINER_PREFIX = "training."
 AUGMENTATION_PREFIX = "augmentation."
-SMOOTHING_KEY = "image.smoothing_px"
 WINDOW_WIDTH_KEY = "window.width_px"
 WINDOW_HEIGHT_KEY = "window.height_px"
 MARGIN_KEY = "window.margin"
@@ -46,6 +46,10 @@ _SAMPLE_FIELDS = (
     FieldDescription(
         SMOOTHING_KEY, "int", 1, (), "must be odd and lie in [1, 31]",
         "pictures are averaged over squares of so many pixels first, in training and detection; 1: as they are, and as OpenCV takes them",
+    ),
+    FieldDescription(
+        BORDER_KEY, "int", 0, (), "must lie in [0, 1000]",
+        "pictures are mirrored beyond their borders by so many pixels, in training and detection, so that objects cut by them are found",
     ),
     FieldDescription(WINDOW_WIDTH_KEY, "int", 24, (), "must lie in [3, 256]", "of the windows trained on: the smallest object found"),
     FieldDescription(WINDOW_HEIGHT_KEY, "int", 24, (), "must lie in [3, 256]", "of the windows trained on"),
@@ -74,6 +78,7 @@ _EVALUATION_FIELDS = (
 )
 _BOUNDS: Mapping[str, tuple[float, float]] = {
     SMOOTHING_KEY: (1, 31),
+    BORDER_KEY: (0, 1000),
     MASK_GAP_KEY: (0, 1000),
     MIN_OBJECT_KEY: (1, float("inf")),
     WINDOW_WIDTH_KEY: (3, 256),

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ssjs_cli import _core
 from ssjs_cli.cascade.labelled_images import LabelledImage
+from ssjs_cli.cascade.preparation import Preparation
 from ssjs_cli.cascade.size_limits import DETECTOR_PREFIX
-from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.config import Scalar
 from ssjs_cli.formats.annotations.boxes import Box
 from ssjs_cli.formats.image_file import read_image
@@ -34,12 +34,12 @@ class PictureSide:
     def as_setting(self) -> str:
         return MIRRORED if self.mirrored else AS_TRAINED
 
-    def levels_of(self, image: LevelImage, smoothing_px: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-        """Its columns in 8 bits, smoothed for itself, and where they are valid. Not turned."""
+    def levels_of(self, image: LevelImage, preparation: Preparation) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
+        """Its columns in 8 bits, prepared for themselves, and where they are valid. Not turned."""
         columns = slice(self.first_column, self.end_column)
         valid = None if image.valid is None else np.ascontiguousarray(image.valid[:, columns])
         levels = _core.in_8_bits(image.levels, image.valid)
-        return smoothed(np.ascontiguousarray(levels[:, columns]), valid, smoothing_px), valid
+        return preparation.picture(np.ascontiguousarray(levels[:, columns]), valid)
 
 
 def sides_of(values: Mapping[str, Scalar], width_px: int, name: str, *, mirrored: bool = False) -> list[PictureSide]:
@@ -60,20 +60,26 @@ class SideView:
     image: LabelledImage
     side: PictureSide
 
-    def read(self, smoothing_px: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-        levels, valid = self.side.levels_of(read_image(self.image.listed.path), smoothing_px)
+    def read(self, preparation: Preparation) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
+        levels, valid = self.side.levels_of(read_image(self.image.listed.path), preparation)
         if self.side.mirrored:
             levels, valid = np.ascontiguousarray(levels[:, ::-1]), None if valid is None else np.ascontiguousarray(valid[:, ::-1])
         return levels, valid
 
-    def objects(self) -> list[Box]:
-        """What lies on this side by its middle."""
-        first, end = self.side.first_column, self.side.end_column
-        return self._seen([box for box in self.image.boxes if first <= box[0] + box[2] / 2 < end])
+    def ground(self, preparation: Preparation) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Levels, and where they are valid and no object reaches into this side."""
+        levels, valid = self.read(preparation)
+        free = np.full((self.image.height_px, self.side.end_column - self.side.first_column), 255, dtype=np.uint8)
+        for left, top, width, height in self._seen(self.image.boxes):
+            free[top : top + height, left : left + width] = 0
+        free = preparation.continued(free)
+        return levels, free if valid is None else np.minimum(free, valid)
 
-    def occupied(self) -> list[Box]:
-        """Every object as far as it reaches into this side."""
-        return self._seen(self.image.boxes)
+    def objects(self, preparation: Preparation) -> list[Box]:
+        """What lies on this side by its middle, where read() shows it."""
+        first, end = self.side.first_column, self.side.end_column
+        seen = self._seen([box for box in self.image.boxes if first <= box[0] + box[2] / 2 < end])
+        return [preparation.object_in_prepared(box, end - first, self.image.height_px) for box in seen]
 
     def _seen(self, boxes: Sequence[Box]) -> list[Box]:
         seen = []

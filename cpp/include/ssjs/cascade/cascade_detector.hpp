@@ -19,10 +19,15 @@ enum class CascadeSide { kAsTrained, kMirrored };
 /// What looks at the grouped detections once more.
 enum class DetectionVerifier { kNone, kContour };
 
+/// How windows are brought together: OpenCV's groups of boxes that are alike (C-15), or the best of those that overlap (C-26).
+enum class HitGrouping { kAlike, kBest };
+
 struct CascadeDetectorConfig {
   double scale_factor = 1.1;
   int min_neighbours = 3;
   double similarity = 0.2;
+  HitGrouping grouping = HitGrouping::kAlike;
+  double max_overlap = 0.5;
   std::optional<int> min_width_px;
   std::optional<int> min_height_px;
   std::optional<int> max_width_px;
@@ -38,6 +43,10 @@ struct CascadeDetectorConfig {
     v.field("min_neighbours", min_neighbours, Rule::not_negative(),
             "a detection is made of more windows than this; 0: every window is one");
     v.field("similarity", similarity, Rule::closed(0, 1), "sides of windows of one detection differ by at most this part of their length");
+    v.choice("grouping", grouping, Choices<HitGrouping>{{"alike", HitGrouping::kAlike}, {"best", HitGrouping::kBest}},
+             "alike: windows alike to alike are one detection, as in OpenCV; best: the best window takes those that it overlaps");
+    v.field("max_overlap", max_overlap, Rule::closed(0, 1),
+            "best: windows that share more than this part of the lesser one are one detection");
     v.field("min_width_px", min_width_px, Rule::at_least(1), "narrower boxes are not looked for");
     v.field("min_height_px", min_height_px, Rule::at_least(1), "lower boxes are not looked for");
     v.field("max_width_px", max_width_px, Rule::at_least(1), "wider boxes are not looked for");

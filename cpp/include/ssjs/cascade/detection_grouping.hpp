@@ -33,4 +33,9 @@ struct Detection {
 /// Best score first, then by place.
 [[nodiscard]] std::vector<Detection> group_hits(const std::vector<WindowHit>& hits, int min_neighbours, double similarity);
 
+/// Best score first, each hit that is left takes those that it overlaps by more than `max_overlap` of the lesser of the two areas:
+/// one detection. Its box is the mean, weighted by score, of those of them with an intersection over union of at least 0.5. Of
+/// `min_neighbours` windows or fewer there is no detection. docs/math/cascade.md (C-26).
+[[nodiscard]] std::vector<Detection> best_hits(const std::vector<WindowHit>& hits, int min_neighbours, double max_overlap);
+
 }  // namespace ssjs
