@@ -64,7 +64,8 @@ class FieldLister {
 };
 
 template <class Config>
-[[nodiscard]] py::list fields_of(Config config) {
+[[nodiscard]] py::list fields_of() {
+  Config config;
   FieldLister lister;
   config.visit(lister);
   return lister.fields();

@@ -29,14 +29,6 @@ SideScanSurveyConfig survey_config(const py::dict& values) {
   return config;
 }
 
-template <class Config>
-py::list fields_of() {
-  FieldLister lister;
-  Config config;
-  config.visit(lister);
-  return lister.fields();
-}
-
 py::dict navigation_dict(const SideScanPing& ping) {
   py::dict entry;
   entry["latitude_deg"] = ping.latitude_deg;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -23,25 +24,25 @@ class Fnv1a {
   std::uint64_t hash_ = 0xcbf29ce484222325U;
 };
 
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
 /// Those of `names`, not all of them, whose number of entries in `recordings` is nearest to `wanted`, the lesser of two equally near.
 /// Of several choices: names at the end of the list are done without first.
 std::vector<int> nearest_in_sum(const std::vector<int>& names, const std::vector<int>& recordings, double wanted) {
   std::vector<std::size_t> sizes;
   for (const int name : names) sizes.push_back(static_cast<std::size_t>(std::count(recordings.begin(), recordings.end(), name)));
-  // reached[k][n]: some of the first k recordings have n entries
-  std::vector<std::vector<bool>> reached(names.size() + 1, std::vector<bool>(recordings.size() + 1, false));
-  reached[0][0] = true;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    for (std::size_t n = 0; n <= recordings.size(); ++n) reached[k + 1][n] = reached[k][n] || (n >= sizes[k] && reached[k][n - sizes[k]]);
+  // first[n]: some of the first so many recordings have n entries, and of no fewer; none: no choice has
+  std::vector<std::size_t> first(recordings.size() + 1, kNone);
+  first[0] = 0;
+  for (std::size_t k = 1; k <= sizes.size(); ++k)
+    for (std::size_t n = recordings.size(); n >= sizes[k - 1]; --n)
+      if (first[n] == kNone && first[n - sizes[k - 1]] != kNone) first[n] = k;
   std::size_t nearest = 0;
   for (std::size_t n = 0; n < recordings.size(); ++n)  // all of them would leave nothing
-    if (reached.back()[n] && std::abs(static_cast<double>(n) - wanted) < std::abs(static_cast<double>(nearest) - wanted)) nearest = n;
+    if (first[n] != kNone && std::abs(static_cast<double>(n) - wanted) < std::abs(static_cast<double>(nearest) - wanted)) nearest = n;
   std::vector<int> chosen;
-  for (std::size_t k = names.size(); k > 0; --k) {
-    if (reached[k - 1][nearest]) continue;
-    chosen.push_back(names[k - 1]);
-    nearest -= sizes[k - 1];
-  }
+  for (; nearest > 0; nearest -= static_cast<std::size_t>(std::count(recordings.begin(), recordings.end(), chosen.back())))
+    chosen.push_back(names[first[nearest] - 1]);
   return chosen;
 }
 
