@@ -261,15 +261,19 @@ TEST(CascadeTrainerTest, EqualObjectsAndPicturesThatCannotBeReadDoNoHarm) {
 
 TEST(CascadeTrainerTest, C21_FewStumpsRejectMoreThanBoostingDoesAtTheSameDetectionRate) {
   const CascadeTrainingData data = sample_data();
-  const TrainingPlan plan = {{0.97, 1e-3, 2}};
-  CascadeTrainerConfig config = sample_config();
-  config.feature_set = FeatureSet::kSideScanBasic;
-  const LayerRecord rejecting = train_cascade(data, plan, config, 2).provenance.layers.at(0);
-  config.rejecting_features = 0;
-  const LayerRecord boosted = train_cascade(data, plan, config, 2).provenance.layers.at(0);
-  EXPECT_GE(rejecting.detection_rate, 0.97);
-  EXPECT_GE(boosted.detection_rate, 0.97);
-  EXPECT_LT(rejecting.false_positive_rate, boosted.false_positive_rate);
+  int better = 0;
+  for (const double detection_rate : {0.99, 0.97, 0.94, 0.9})
+    for (const int features : {1, 3}) {
+      const TrainingPlan plan = {{detection_rate, 1e-3, features}};
+      CascadeTrainerConfig config = sample_config();
+      const LayerRecord rejecting = train_cascade(data, plan, config, 2).provenance.layers.at(0);
+      config.rejecting_features = 0;
+      const LayerRecord boosted = train_cascade(data, plan, config, 2).provenance.layers.at(0);
+      EXPECT_GE(rejecting.detection_rate, detection_rate);
+      EXPECT_LE(rejecting.false_positive_rate, boosted.false_positive_rate);
+      better += rejecting.false_positive_rate < boosted.false_positive_rate ? 1 : 0;
+    }
+  EXPECT_GE(better, 2);
 }
 
 TEST(CascadeTrainerTest, IdenticalObjectsAreLearntAndFound) {
