@@ -103,6 +103,9 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   if (config_.motion.drive == RotationDrive::kRates) {
     P.block<3, 3>(Layout::kRates, Layout::kRates).diagonal().setConstant(squared(config.rates_sigma_rad_s));
   }
+  P.block<3, 3>(Layout::kGyroBias, Layout::kGyroBias).diagonal().setConstant(squared(config.gyro_bias_sigma_rad_s));
+  P(Layout::kLogScale, Layout::kLogScale) = squared(config.log_scale_sigma);
+  P(Layout::kLogYaw, Layout::kLogYaw) = squared(config.log_yaw_sigma_rad);
   filter_.reset(x, P);
   journal_.clear();
   landmarks_.clear();

@@ -32,7 +32,7 @@ VehiclePrediction predict_constant_velocity(const VehicleVector& state, const Ei
   const Eigen::Vector3d velocity = velocity_of(state);
   const bool rates_are_states = config.drive == RotationDrive::kRates;
   Eigen::Vector3d rates = Eigen::Vector3d::Zero();
-  if (config.drive == RotationDrive::kGyro) rates = gyro_rad_s;
+  if (config.drive == RotationDrive::kGyro) rates = gyro_rad_s - gyro_bias_of(state);
   if (rates_are_states) rates = rates_of(state);
   const Eigen::Matrix3d R = rotation_from_rpy(rpy);
   const Eigen::Matrix3d E_inverse = inverse_euler_rate_matrix(rpy);
@@ -65,6 +65,10 @@ VehiclePrediction predict_constant_velocity(const VehicleVector& state, const Ei
     Q.block<3, 3>(Layout::kRates, Layout::kRates).diagonal().setConstant(rates_variance);
   } else {
     Q.block<3, 3>(Layout::kAttitude, Layout::kAttitude) = turn_variance(dt_s, config) * E_inverse * E_inverse.transpose();
+  }
+  if (config.drive == RotationDrive::kGyro) {
+    F.block<3, 3>(Layout::kAttitude, Layout::kGyroBias) = -dt_s * E_inverse;
+    Q.block<3, 3>(Layout::kGyroBias, Layout::kGyroBias).diagonal().setConstant(squared(config.gyro_bias_walk_rad_s_sqrt_s) * dt_s);
   }
   Q(Layout::kSeabed, Layout::kSeabed) = squared(config.seabed_walk_m_sqrt_s) * dt_s;
   Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config.compass_walk_rad_sqrt_s) * dt_s;

@@ -74,11 +74,21 @@ VehicleRows velocity_log_rows(const VehicleVector& state, const VelocitySample& 
   const Eigen::Matrix3d log_R_vehicle =
       rotation_from_rpy({config.mount_roll_rad, config.mount_pitch_rad, config.mount_yaw_rad}).transpose();
   const Eigen::Vector3d lever(config.mount_forward_m, config.mount_starboard_m, config.mount_down_m);
-  const Eigen::Vector3d rates = body_rates_rad_s ? *body_rates_rad_s : rates_of(state);
+  const Eigen::Vector3d rates = body_rates_rad_s ? Eigen::Vector3d(*body_rates_rad_s - gyro_bias_of(state)) : rates_of(state);
+  // the instrument turned a little more about the vehicle's down axis
+  const Eigen::Vector3d more(0.0, 0.0, state(Layout::kLogYaw));
+  const Eigen::Matrix3d M = (1.0 + state(Layout::kLogScale)) * log_R_vehicle * rotation_from_rpy(more).transpose();
+  const Eigen::Vector3d velocity = velocity_of(state) + skew(rates) * lever;
   VehicleRows rows(3);
-  rows.residual = sample.velocity_m_s - log_R_vehicle * (velocity_of(state) + skew(rates) * lever);
-  rows.H.block<3, 3>(0, Layout::kVelocity) = log_R_vehicle;
-  if (!body_rates_rad_s) rows.H.block<3, 3>(0, Layout::kRates) = -log_R_vehicle * skew(lever);
+  rows.residual = sample.velocity_m_s - M * velocity;
+  rows.H.block<3, 3>(0, Layout::kVelocity) = M;
+  if (body_rates_rad_s) {
+    rows.H.block<3, 3>(0, Layout::kGyroBias) = M * skew(lever);
+  } else {
+    rows.H.block<3, 3>(0, Layout::kRates) = -M * skew(lever);
+  }
+  rows.H.col(Layout::kLogScale) = log_R_vehicle * rotation_from_rpy(more).transpose() * velocity;
+  rows.H.col(Layout::kLogYaw) = (1.0 + state(Layout::kLogScale)) * log_R_vehicle * inverse_rotate_jacobian(more, velocity).col(2);
   rows.R.diagonal().setConstant(squared(sample.sigma_m_s.value_or(config.sigma_m_s)));
   return rows;
 }

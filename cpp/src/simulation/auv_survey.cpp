@@ -129,7 +129,10 @@ class SensorSuite {
     const Eigen::Matrix3d log_R_vehicle = rotation_from_rpy({log.mount_roll_rad, log.mount_pitch_rad, log.mount_yaw_rad}).transpose();
     const Eigen::Vector3d lever(log.mount_forward_m, log.mount_starboard_m, log.mount_down_m);
     VelocitySample sample;
-    sample.velocity_m_s = log_R_vehicle * (truth.velocity_m_s + skew(truth.rates_rad_s) * lever) + normal3(velocity_, log.sigma_m_s);
+    const Eigen::Matrix3d more = rotation_from_rpy({0.0, 0.0, config_.velocity_log_yaw_rad}).transpose();
+    sample.velocity_m_s =
+        (1.0 + config_.velocity_log_scale) * log_R_vehicle * more * (truth.velocity_m_s + skew(truth.rates_rad_s) * lever) +
+        normal3(velocity_, log.sigma_m_s);
     sample.bottom_lock = bottom_lock_.at(truth.time_s);
     return sample;
   }

@@ -300,6 +300,55 @@ TEST(LevelledBuilder, A18_UnconditionedStepsStayAsFiltered) {
   }
 }
 
+/// Gyro bias, scale and yaw of the velocity log, each drawn anew for every run from the prior of the filter; (18, 5) vehicle states at the
+/// end.
+void expect_calibrated(int runs, double probability) {
+  Mission mission = asynchronous_mission();
+  double calibration = 0.0, vehicle = 0.0, without = 0.0;
+  Rng draw(5);
+  for (int seed = 1; seed <= runs; ++seed) {
+    LevelledBuilderConfig config = matched(mission.simulation);
+    never_split(config);
+    config.start.gyro_bias_sigma_rad_s = 2e-4;
+    config.start.log_scale_sigma = 0.01;
+    config.start.log_yaw_sigma_rad = 0.02;
+    AuvSimulationConfig simulation = mission.simulation;
+    for (Eigen::Index i = 0; i < 3; ++i) simulation.gyro_bias_rad_s(i) = draw.normal(2e-4);
+    simulation.velocity_log_scale = draw.normal(0.01);
+    simulation.velocity_log_yaw_rad = draw.normal(0.02);
+    const auto stream = static_cast<std::uint64_t>(seed);
+    const SimulatedSurvey survey = simulate_survey(survey_world(mission.world, stream), simulation, stream);
+    LevelledBuilder builder(config);
+    LevelledBuilderConfig uncalibrated = config;
+    uncalibrated.start = {};
+    LevelledBuilder plain(uncalibrated);
+    for (const NavigationTick& tick : survey.ticks) {
+      (void)builder.feed(tick);
+      (void)plain.feed(tick);
+    }
+    VehicleVector truth = true_vehicle(survey.truth.back(), survey.truth.front());
+    truth.tail<5>() << simulation.gyro_bias_rad_s, simulation.velocity_log_scale, simulation.velocity_log_yaw_rad;
+    const VehicleVector error = vehicle_error(truth, builder.filter().vehicle());
+    const VehicleMatrix P = builder.filter().vehicle_covariance();
+    calibration += normalized_squared_error(error.tail<5>(), P.bottomRightCorner<5, 5>()) / runs;
+    vehicle += normalized_squared_error(error.head<12>(), P.topLeftCorner<12, 12>()) / runs;
+    without += normalized_squared_error(vehicle_error(truth, plain.filter().vehicle()).head<12>(),
+                                        plain.filter().vehicle_covariance().topLeftCorner<12, 12>()) /
+               runs;
+  }
+  std::printf("calibration NEES %.2f of 5, vehicle NEES %.2f of 12, without these states %.1f\n", calibration, vehicle, without);
+  const Band calibration_band = mean_band(5, runs, probability);
+  EXPECT_GT(calibration, calibration_band.lower);
+  EXPECT_LT(calibration, calibration_band.upper);
+  const Band vehicle_band = mean_band(12, runs, probability);
+  EXPECT_GT(vehicle, vehicle_band.lower);
+  EXPECT_LT(vehicle, vehicle_band.upper);
+  EXPECT_GT(without, 2.0 * vehicle);
+}
+
+TEST(LevelledBuilder, A10_CalibrationAsStatesIsConsistent) { expect_calibrated(6, 0.999); }
+TEST(LevelledBuilder, A10_CalibrationAsStatesIsConsistentLong) { expect_calibrated(50, 0.99); }
+
 TEST(LevelledBuilder, A7_OffsetOfALateCompassKnowsItsDriftSinceTheStart) {
   LevelledBuilderConfig config;
   LevelledBuilder builder(config);

@@ -45,8 +45,9 @@ inline Se2 level_pose(const AuvTruth& truth) {
 inline VehicleVector true_vehicle(const AuvTruth& now, const AuvTruth& start) {
   const Se2 base_T_vehicle = level_pose(start).inverse() * level_pose(now);
   VehicleVector x = VehicleVector::Zero();
-  x << base_T_vehicle.x, base_T_vehicle.y, now.world_T_vehicle.translation.z(), now.world_T_vehicle.rpy.x(), now.world_T_vehicle.rpy.y(),
-      base_T_vehicle.heading, now.velocity_m_s, now.seabed_m, wrap_angle(now.compass_offset_rad + start.world_T_vehicle.rpy.z()),
+  x.head<15>() << base_T_vehicle.x, base_T_vehicle.y, now.world_T_vehicle.translation.z(), now.world_T_vehicle.rpy.x(),
+      now.world_T_vehicle.rpy.y(), base_T_vehicle.heading, now.velocity_m_s, now.seabed_m,
+      wrap_angle(now.compass_offset_rad + start.world_T_vehicle.rpy.z()),
       wrap_angle(start.compass_offset_rad + start.world_T_vehicle.rpy.z()), now.rates_rad_s;
   return x;
 }

@@ -55,12 +55,13 @@ TEST(ConstantVelocity, A4_NoiseOfTwoHalfStepsIsThatOfOne) {
     const ConstantVelocityConfig config = driven_by(drive);
     VehicleVector x = random_vehicle(rng, 0);
     x.segment<3>(VehicleLayout::kRates).setZero();
+    x.segment<3>(VehicleLayout::kGyroBias).setZero();
     const double dt = 1e-2;
     const VehiclePrediction whole = predict_constant_velocity(x, Eigen::Vector3d::Zero(), dt, config);
     const VehiclePrediction half = predict_constant_velocity(x, Eigen::Vector3d::Zero(), dt / 2, config);
     const VehicleMatrix twice = half.F * half.Q * half.F.transpose() + half.Q;
     EXPECT_NEAR((twice - whole.Q).norm() / whole.Q.norm(), 0.0, 2e-2);
-    EXPECT_NEAR((twice.diagonal().tail<12>() - whole.Q.diagonal().tail<12>()).cwiseAbs().maxCoeff() / whole.Q.norm(), 0.0, 1e-3);
+    EXPECT_NEAR((twice.diagonal().tail<17>() - whole.Q.diagonal().tail<17>()).cwiseAbs().maxCoeff() / whole.Q.norm(), 0.0, 1e-3);
   }
 }
 
@@ -70,6 +71,7 @@ TEST(ConstantVelocity, A5_LevelModelIsTheFullOneOfALevelVehicle) {
   for (int point = 0; point < kJacobianPoints; ++point) {
     VehicleVector x = random_vehicle(rng, point);
     x(3) = x(4) = 0.0;
+    x.segment<3>(VehicleLayout::kGyroBias).setZero();
     LevelVehicleVector level;
     level << position_of(x), x(5), velocity_of(x);
     const double rate = rng.uniform(-0.3, 0.3);

@@ -14,11 +14,14 @@ inline VehicleVector random_vehicle(Rng& rng, int point) {
     x(3 + i) = rng.uniform(-1.0, 1.0);
     x(6 + i) = rng.uniform(-2.0, 2.0);
     x(12 + i) = rng.uniform(-0.3, 0.3);
+    x(15 + i) = rng.uniform(-0.1, 0.1);
   }
   x(5) = point % 2 == 0 ? rng.uniform(-kPi, kPi) : wrap_angle(kPi + rng.uniform(-1e-4, 1e-4));
   x(9) = x(2) + rng.uniform(2.0, 8.0);
   x(10) = rng.uniform(-kPi, kPi);
   x(11) = rng.uniform(-kPi, kPi);
+  x(18) = rng.uniform(-0.1, 0.1);
+  x(19) = rng.uniform(-0.2, 0.2);
   return x;
 }
 

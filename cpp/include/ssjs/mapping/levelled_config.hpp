@@ -29,6 +29,11 @@ struct LevelledStartConfig {
   double altitude_m = 4.0;
   double altitude_sigma_m = 5.0;
   double rates_sigma_rad_s = 0.2;  ///< where turn rates are states
+  // Calibration that every map finds anew, each from this prior: right for what changes from map to map; what is the same in all maps makes
+  // their errors alike, which no map can say. 0: not estimated.
+  double gyro_bias_sigma_rad_s = 0.0;
+  double log_scale_sigma = 0.0;
+  double log_yaw_sigma_rad = 0.0;
   template <class Visitor>
   void visit(Visitor& v) {
     v.field("speed_m_s", speed_m_s, Rule::any(), "forward speed expected when a map starts");
@@ -38,6 +43,11 @@ struct LevelledStartConfig {
     v.field("altitude_m", altitude_m, Rule::positive(), "height above the seabed expected when a map starts");
     v.field("altitude_sigma_m", altitude_sigma_m, Rule::positive(), "the same, before its first sample");
     v.field("rates_sigma_rad_s", rates_sigma_rad_s, Rule::positive(), "turn rates when a map starts, where they are states");
+    v.field("gyro_bias_sigma_rad_s", gyro_bias_sigma_rad_s, Rule::not_negative(),
+            "bias of the gyro, found anew in each map; 0: taken for none");
+    v.field("log_scale_sigma", log_scale_sigma, Rule::not_negative(), "scale error of the velocity log, found anew in each map; 0: none");
+    v.field("log_yaw_sigma_rad", log_yaw_sigma_rad, Rule::not_negative(),
+            "yaw error of the velocity log's mounting, found anew in each map; 0: none");
   }
 };
 

@@ -21,6 +21,7 @@ struct ConstantVelocityConfig {
   double compass_walk_rad_sqrt_s = 8.726646259971648e-4;  ///< 0.05 deg
   double gyro_sigma_rad_s = 3.490658503988659e-3;         ///< 0.2 deg/s
   double gyro_step_s = 0.1;
+  double gyro_bias_walk_rad_s_sqrt_s = 0.0;
   double rates_walk_rad_s_sqrt_s = 0.05;
   double attitude_walk_rad_sqrt_s = 0.1;
   template <class Visitor>
@@ -35,6 +36,8 @@ struct ConstantVelocityConfig {
             "drift of the compass offset; 0 where it is constant");
     v.field("gyro_sigma_rad_s", gyro_sigma_rad_s, Rule::positive(), "gyro noise of one sample of gyro_step_s");
     v.field("gyro_step_s", gyro_step_s, Rule::positive(), "length of the sample that gyro_sigma_rad_s describes");
+    v.field("gyro_bias_walk_rad_s_sqrt_s", gyro_bias_walk_rad_s_sqrt_s, Rule::not_negative(),
+            "drift of the gyro's bias; 0 where it is constant");
     v.field("rates_walk_rad_s_sqrt_s", rates_walk_rad_s_sqrt_s, Rule::positive(), "random walk of the turn rates (drive rates)");
     v.field("attitude_walk_rad_sqrt_s", attitude_walk_rad_sqrt_s, Rule::positive(),
             "random walk of the attitude (drive constant_attitude)");

@@ -18,7 +18,10 @@ struct VehicleLayout {
   static constexpr Eigen::Index kCompassOffset = 10;  ///< compass reading minus yaw in the map, now, rad
   static constexpr Eigen::Index kStartOffset = 11;    ///< the same when the map started
   static constexpr Eigen::Index kRates = 12;          ///< 3, turn rates about the body axes, rad/s: for a vehicle without a gyro
-  static constexpr Eigen::Index kSize = 15;
+  static constexpr Eigen::Index kGyroBias = 15;       ///< 3, gyro reading minus turn rate, rad/s
+  static constexpr Eigen::Index kLogScale = 18;       ///< of the velocity log: reading = (1 + scale) times the velocity
+  static constexpr Eigen::Index kLogYaw = 19;         ///< of the velocity log: its yaw beyond the mounting angle, rad
+  static constexpr Eigen::Index kSize = 20;
 };
 
 using VehicleVector = Eigen::Matrix<double, VehicleLayout::kSize, 1>;
@@ -28,6 +31,7 @@ using VehicleMatrix = Eigen::Matrix<double, VehicleLayout::kSize, VehicleLayout:
 [[nodiscard]] inline Eigen::Vector3d attitude_of(const VehicleVector& x) { return x.segment<3>(VehicleLayout::kAttitude); }
 [[nodiscard]] inline Eigen::Vector3d velocity_of(const VehicleVector& x) { return x.segment<3>(VehicleLayout::kVelocity); }
 [[nodiscard]] inline Eigen::Vector3d rates_of(const VehicleVector& x) { return x.segment<3>(VehicleLayout::kRates); }
+[[nodiscard]] inline Eigen::Vector3d gyro_bias_of(const VehicleVector& x) { return x.segment<3>(VehicleLayout::kGyroBias); }
 [[nodiscard]] inline Se3 map_T_vehicle(const VehicleVector& x) { return {position_of(x), attitude_of(x)}; }
 
 /// Roll, pitch, yaw and both compass offsets back into [-pi, pi).

@@ -76,6 +76,8 @@ struct AuvSimulationConfig {
   double compass_offset_rad = 0.7;         ///< at the start; walks with motion.compass_walk_rad_sqrt_s
   double compass_deviation_rad = 0.0;      ///< amplitude of an error that goes with the sine of the heading
   Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
+  double velocity_log_scale = 0.0;       ///< readings are 1 + this times the velocity
+  double velocity_log_yaw_rad = 0.0;     ///< yaw of the instrument beyond its mounting angle
   double velocity_loss_fraction = 0.05;  ///< single samples of the velocity log without bottom lock
   double velocity_gap_s = 5.0;           ///< now and then it loses the bottom for so long ...
   double velocity_gap_every_s = 120.0;   ///< ... after exponential times of this mean
@@ -108,6 +110,8 @@ struct AuvSimulationConfig {
     v.field("seabed_time_constant_s", seabed_time_constant_s, Rule::positive(), "the seabed returns to its mean depth within about this");
     v.field("compass_offset_rad", compass_offset_rad, Rule::any(), "reading minus heading at the start");
     v.field("compass_deviation_rad", compass_deviation_rad, Rule::not_negative(), "amplitude of an error with the sine of the heading");
+    v.field("velocity_log_scale", velocity_log_scale, Rule::open(-1, 1), "scale error of the velocity log");
+    v.field("velocity_log_yaw_rad", velocity_log_yaw_rad, Rule::closed(-1, 1), "yaw of the velocity log beyond its mounting angle");
     v.field("velocity_loss_fraction", velocity_loss_fraction, Rule{0, 1, false, true}, "samples of the velocity log without bottom lock");
     v.field("velocity_gap_s", velocity_gap_s, Rule::not_negative(), "now and then the velocity log loses the bottom for so long");
     v.field("velocity_gap_every_s", velocity_gap_every_s, Rule::positive(), "mean time between two such gaps");
