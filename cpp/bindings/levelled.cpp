@@ -221,8 +221,7 @@ py::dict simulate_auv_survey(std::uint64_t seed) {
 }  // namespace
 
 void add_levelled(py::module_& module) {
-  module.def(
-      "levelled_config_fields", &fields_of<LevelledConfig>, "Every configuration key of an underwater mission.");
+  module.def("levelled_config_fields", &fields_of<LevelledConfig>, "Every configuration key of an underwater mission.");
   module.def(
       "validate_levelled_config", [](const py::dict& values) { return violations(config_from<LevelledConfig>(values)); }, py::arg("values"),
       "Every violation of a flat configuration, as text; unknown keys raise ValueError.");

@@ -148,8 +148,7 @@ py::tuple pose_tuple(const GaussianSe2& pose) {
 }  // namespace
 
 void add_pipeline(py::module_& module) {
-  module.def(
-      "config_fields", &fields_of<SlamConfig>, "Every configuration key: key, type, default, choices, rule, description.");
+  module.def("config_fields", &fields_of<SlamConfig>, "Every configuration key: key, type, default, choices, rule, description.");
   module.def(
       "validate_config", [](const py::dict& values) { return config_from<SlamConfig>(values).violations(); }, py::arg("values"),
       "Every violation of a flat configuration, as text; unknown keys raise ValueError.");
