@@ -19,23 +19,24 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.contours import object_contours
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, read_labelled_images, recording_names
+from ssjs_cli.cascade.preparation import preparation_of
 from ssjs_cli.cascade.samples import make_samples
 from ssjs_cli.cascade.scoring import ImageMatch, Scored, bootstrap_band, curve, match, wilson_band
 from ssjs_cli.cascade.settings import (
     DETECTION,
     DETECTOR_PREFIX,
     MARGIN_KEY,
-    SMOOTHING_KEY,
     TRAINER_PREFIX,
     TRAINING,
     SettingsRequest,
-    part,
     resolve_cascade,
 )
-from ssjs_cli.cascade.smoothing import smoothed
+from ssjs_cli.cascade.size_limits import in_pixels
 from ssjs_cli.cascade.window_boxes import object_box
 from ssjs_cli.cascade.windows import judged, window_set
+from ssjs_cli.config import part
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.segmentation.image_list import listed_images
 
@@ -43,22 +44,19 @@ FOLDS = 5
 IOU = 0.3
 SDVD_RECORDING = r"(\d{12})"
 SDVD_MIRRORED = "^right_"
-#: Cumulative: detection rate, false positive rate; most features; of what reaches the layer, how much may pass. The first layers let go of
-#: objects that hardly show: one tile in two cuts its object.
-SDVD_PLAN = [
-    (0.97, 0.25, 6, 1.0),
-    (0.94, 0.05, 12, 1.0),
-    (0.92, 0.01, 18, 1.0),
-    (0.90, 0.002, 24, 1.0),
-    (0.88, 0.0005, 24, 1.0),
-]
-#: No noise is added to the copies: windows without object have none, and a cascade would learn the noise.
+#: Cumulative: detection rate, false positive rate; most features; of what reaches the layer, how much may pass. The rates asked for are
+#: out of reach, so that each layer takes all of its features: the layers weed out what is easily told, the score ranks the rest.
+SDVD_PLAN = [(0.99, 0.0005, 10, 1.0), (0.98, 0.0005, 30, 1.0), (0.97, 0.0005, 60, 1.0), (0.96, 0.0005, 80, 1.0)]
 SDVD_SETTINGS = (
-    "image.smoothing_px=3", "window.width_px=16", "window.height_px=16", "augmentation.copies=6", "augmentation.additive_noise=0",
-    "augmentation.multiplicative_noise=0", "training.feature_set=side_scan_basic", "training.max_asymmetry=1",
-    "training.negatives_per_layer=1500",
+    "image.smoothing_px=3", "image.border_px=40", "window.width_px=16", "window.height_px=16", "window.margin=0.25",
+    "validation.fraction=0.15", "augmentation.copies=9", "augmentation.scale=0.15", "augmentation.shift_px=1.3",
+    "augmentation.gain=0", "augmentation.additive_noise=0", "augmentation.multiplicative_noise=0", "training.feature_set=side_scan_basic",
+    "training.max_asymmetry=1", "training.max_shift=0", "training.min_improvement=0.0001", "training.negatives_per_layer=3000",
 )  # fmt: skip
-SDVD_DETECTOR = ("detector.min_neighbours=3", "detector.min_width_px=32", "detector.max_width_px=120")
+SDVD_DETECTOR = (
+    "detector.grouping=best", "detector.min_neighbours=0", "detector.max_overlap=0.5", "detector.max_width_px=180",
+    "detector.opencv_grid=false",
+)  # fmt: skip
 KLSG_WINDOW_PX = 20
 
 
@@ -76,7 +74,8 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
     of_training = [assignment for assignment in overrides if assignment not in of_detector]
     settings, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_SETTINGS, *of_training]), TRAINING)
     detecting, _ = resolve_cascade(SettingsRequest(assignments=[*SDVD_DETECTOR, *of_detector]), DETECTION)
-    detector = part(detecting.values, DETECTOR_PREFIX)
+    margin, preparation = float(settings.values[MARGIN_KEY] or 0.0), preparation_of(settings.values)
+    detector = in_pixels(detecting.values, margin)
     labelled = read_labelled_images([str(folder / "images")], LabelSource(masks=folder / "masks", mirrored=SDVD_MIRRORED), settings)
     recordings = recording_names([image.listed for image in labelled.images], SDVD_RECORDING)
     negatives = listed_images([str(folder / "negatives")])
@@ -104,7 +103,8 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
             if kept is not None:
                 cascade.save(str(kept))
         time_s = time.perf_counter() - started_s
-        margin, smoothing_px = float(settings.values[MARGIN_KEY] or 0.0), int(settings.values[SMOOTHING_KEY] or 1)
+        if detector["verify"] == "contour":
+            cascade = cascade.with_contours(object_contours(cascade, [labelled.images[index] for index in chosen], settings, jobs))
         tests = [
             (image.listed.path, image.boxes, recordings[index], image.mirrored)
             for index, image in enumerate(labelled.images)
@@ -113,12 +113,14 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
         tests += [(image.path, (), image.name, False) for image, number in zip(negatives, fold_of_negative, strict=True) if number == fold]
         for path, boxes, recording, mirrored in tests:
             image = read_image(path)
-            levels, side = smoothed(image.levels, image.valid, smoothing_px), "mirrored" if mirrored else "as_trained"
-            found = _core.detect_objects(cascade, levels, image.valid, {**detector, "side": side}, jobs)
-            detections = [
-                Scored(object_box((int(left), int(top), int(width), int(height)), margin), score, int(neighbours))
-                for left, top, width, height, score, neighbours in found.tolist()
-            ]
+            levels, valid = preparation.picture(image.levels, image.valid)
+            found = _core.detect_objects(cascade, levels, valid, {**detector, "side": "mirrored" if mirrored else "as_trained"}, jobs)
+            detections = []
+            for left, top, width, height, score, neighbours, *_ in found.tolist():
+                inner = object_box((int(left), int(top), int(width), int(height)), margin, mirrored=mirrored)
+                shown = preparation.object_in_picture(inner, image.width_px, image.height_px)
+                if shown is not None:
+                    detections.append(Scored(shown, score, int(neighbours)))
             matches.append(match(detections, boxes, IOU, recording))
         records = cascade.provenance()["layers"]
         layers.append(

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -125,20 +126,31 @@ HaarFeature feature_of(bool tilted, const std::vector<std::tuple<int, int, int, 
   return feature;
 }
 
-/// Detections as n x 6: x, y, width, height, score, neighbours.
-py::array_t<double> rows_of(const std::vector<Detection>& detections) {
-  py::array_t<double> rows({static_cast<py::ssize_t>(detections.size()), py::ssize_t{6}});
+/// Detections as n x 6: x, y, width, height, score, neighbours; where contours are verified n x 8: and the contour's distance (NaN
+/// without an echo) and score.
+py::array_t<double> rows_of(const std::vector<Detection>& detections, DetectionVerifier verifier) {
+  const std::size_t columns = verifier == DetectionVerifier::kContour ? 8 : 6;
+  py::array_t<double> rows({static_cast<py::ssize_t>(detections.size()), static_cast<py::ssize_t>(columns)});
   for (std::size_t i = 0; i < detections.size(); ++i) {
     const Detection& d = detections[i];
-    const std::array<double, 6> row = {static_cast<double>(d.box.x),
+    const ContourVerdict contour = d.contour.value_or(ContourVerdict{});
+    const std::array<double, 8> row = {static_cast<double>(d.box.x),
                                        static_cast<double>(d.box.y),
                                        static_cast<double>(d.box.width),
                                        static_cast<double>(d.box.height),
                                        d.score,
-                                       static_cast<double>(d.neighbours)};
-    std::copy(row.begin(), row.end(), rows.mutable_data(static_cast<py::ssize_t>(i), 0));
+                                       static_cast<double>(d.neighbours),
+                                       contour.distance.value_or(std::numeric_limits<double>::quiet_NaN()),
+                                       contour.score};
+    std::copy_n(row.begin(), columns, rows.mutable_data(static_cast<py::ssize_t>(i), 0));
   }
   return rows;
+}
+
+/// Distances and spectrum, or None.
+py::object signature_of(const std::optional<ContourSignature>& signature) {
+  if (!signature) return py::none();
+  return py::make_tuple(signature->distance, signature->spectrum);
 }
 
 void add_windows(py::module_& module) {
@@ -231,6 +243,16 @@ void add_model(py::module_& module) {
             return cascade;
           },
           py::arg("settings"), "The same model, with further settings in its provenance.")
+      .def(
+          "with_contours",
+          [](HaarCascade cascade, const std::vector<ContourSpectrum>& spectra) {
+            cascade.contour = learn_contours(spectra);
+            return cascade;
+          },
+          py::arg("spectra"), "The same model, with what the contours of at least three objects look like.")
+      .def_property_readonly(
+          "contours_known", [](const HaarCascade& cascade) { return cascade.contour ? cascade.contour->distances.size() : 0; },
+          "Of how many objects the model knows the contour.")
       .def("save", &save_cascade, py::arg("path"), "OpenCV's XML if the path ends in .xml, else our JSON form.")
       .def("to_json", &to_json)
       .def("to_opencv_xml", &to_opencv_xml)
@@ -373,16 +395,18 @@ void add_cascade(py::module_& module) {
       "detect_objects",
       [](const HaarCascade& cascade, const py::array& image, const std::optional<py::array>& valid, const py::dict& config, int threads) {
         const SonarImage picture = image_of(image, valid);
-        const CascadeDetector detector(cascade, config_from<CascadeDetectorConfig>(config));
+        const auto settings = config_from<CascadeDetectorConfig>(config);
+        const CascadeDetector detector(cascade, settings);
         std::vector<Detection> detections;
         {
           const py::gil_scoped_release unlocked;
           detections = detector.detect(picture, threads);
         }
-        return rows_of(detections);
+        return rows_of(detections, settings.verify);
       },
       py::arg("cascade"), py::arg("image"), py::arg("valid") = py::none(), py::arg("config") = py::dict(), py::arg("threads") = 1,
-      "n x 6: x, y, width, height (px), score, windows in the group; best score first.");
+      "n x 6: x, y, width, height (px), score, windows in the group; best score first. With "
+      "verify='contour' n x 8: the contour's distance from the known ones, NaN without an echo, and its score.");
   module.def(
       "haar_features",
       [](const std::string& set, int width, int height) {
@@ -391,16 +415,22 @@ void add_cascade(py::module_& module) {
       },
       py::arg("set"), py::arg("width"), py::arg("height"), "Every feature of a set: (tilted, [(x, y, width, height, weight), ...]).");
   module.def(
-      "contour_signature",
-      [](const py::array& mask) -> py::object {
-        const auto signature = contour_signature(view(mask, "mask"));
-        if (!signature) return py::none();
-        return py::make_tuple(signature->distance, signature->spectrum);
-      },
-      py::arg("mask"),
+      "contour_signature", [](const py::array& mask) { return signature_of(contour_signature(view(mask, "mask"))); }, py::arg("mask"),
       "Distances from the boundary to the centroid (mean 1) and the magnitudes of their harmonics; None without a region.");
   module.def(
-      "highlight_mask", [](const py::array& picture) { return array_of(highlight_mask(view(picture, "picture"))); }, py::arg("picture"));
+      "echo_signature",
+      [](const py::array& image, const std::array<int, 4>& box, const std::optional<py::array>& valid) {
+        return signature_of(echo_signature(image_of(image, valid), {box[0], box[1], box[2], box[3]}));
+      },
+      py::arg("image"), py::arg("box"), py::arg("valid") = py::none(), "As contour_signature, of the echo in a box; None without one.");
+  module.def(
+      "echo_mask",
+      [](const py::array& image, const std::array<int, 4>& box, const std::optional<py::array>& valid) -> py::object {
+        const auto mask = echo_mask(image_of(image, valid), {box[0], box[1], box[2], box[3]});
+        return mask ? py::object(array_of(*mask)) : py::none();
+      },
+      py::arg("image"), py::arg("box"), py::arg("valid") = py::none(),
+      "The echo in a box, its longer side 64 pixels: 255 where it is. None where all is of one level.");
 }
 
 }  // namespace ssjs::bindings

@@ -147,6 +147,11 @@ def _model_of(name: str, tree: dict[str, Any]) -> type[BaseModel]:
     return model
 
 
+def part(values: Mapping[str, Scalar], prefix: str) -> dict[str, Scalar]:
+    """The settings of one table, without its name."""
+    return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}
+
+
 def json_schema(kind: SettingsKind = ESTIMATOR) -> dict[str, Any]:
     return settings_model(kind).model_json_schema()
 
@@ -307,3 +312,23 @@ def resolve(layers: Sequence[Layer], kind: SettingsKind = ESTIMATOR) -> Settings
         lines = [f"{origin.get(violation.split(' ', 1)[0], 'settings')}: {violation}" for violation in violations]
         raise UserError("\n".join(lines))
     return Settings(MappingProxyType(values), MappingProxyType(origin), kind)
+
+
+def resolve_request(
+    kind: SettingsKind,
+    config_path: Path | None,
+    assignments: Sequence[str],
+    seed: int | None,
+    *,
+    presets: Sequence[Layer] = (),
+    flags: Sequence[Layer] = (),
+) -> tuple[Settings, int]:
+    """defaults < --config < presets < --set < flags that are short for settings; the seed: default < file < --seed."""
+    layers: list[Layer] = []
+    file_seed = None
+    if config_path is not None:
+        layer, file_seed = layer_from_file(config_path, kind)
+        layers.append(layer)
+    layers += [*presets, layer_from_assignments(assignments, kind), *flags]
+    chosen = seed if seed is not None else file_seed
+    return resolve(layers, kind), DEFAULT_SEED if chosen is None else checked_seed(chosen, "--seed")

@@ -1,6 +1,7 @@
-"""The options that every command takes."""
+"""The options that several commands take."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -38,3 +39,30 @@ def common_options(*, out_help: str) -> Callable[[Callable[..., Any]], Callable[
         return command
 
     return decorate
+
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+def options(*given: Decorator) -> Decorator:
+    """Several options as one, in the order in which --help lists them."""
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(given):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+settings_options = options(
+    click.option("--config", "config_path", type=click.Path(), default=None, help="TOML file, such as the config.toml of a result."),
+    click.option("--set", "assignments", multiple=True, metavar="KEY=VALUE", help="One setting by its full key; may be repeated."),
+)
+pixel_size_option = click.option(
+    "--pixel-size-m", "pixel_size", default=None, metavar="ALONG,ACROSS", help="Size of a pixel on the seabed, for metres."
+)
+
+
+def path_of(text: str | None) -> Path | None:
+    return None if text is None else Path(text)

@@ -131,11 +131,16 @@ StripeHits scan_stripe(cv::Size window, bool tilted, const RowScan& row_scan, co
 CascadeDetector::CascadeDetector(HaarCascade cascade, const CascadeDetectorConfig& config) : cascade_(std::move(cascade)), config_(config) {
   throw_if_any(violations(config_));
   check_cascade(cascade_);
+  if (config_.verify == DetectionVerifier::kContour && !cascade_.contour)
+    throw InvalidArgument("verify", "contour", "the model holds no contours of known objects");
 }
 
 std::vector<LevelHits> CascadeDetector::scan(const SonarImage& image, int threads) const {
   check_sonar_image(image);
-  const SonarImage seen = prepared(image, config_.side);
+  return scan_prepared(prepared(image, config_.side), threads);
+}
+
+std::vector<LevelHits> CascadeDetector::scan_prepared(const SonarImage& seen, int threads) const {
   const std::vector<float> scales = scales_of(seen.intensity.size(), cascade_.window, config_);
   std::vector<Level> levels(scales.size());
   parallel_blocks(levels.size(), threads, [&](std::size_t l) { levels[l] = level_of(seen, scales[l]); });
@@ -181,20 +186,35 @@ std::vector<LevelHits> CascadeDetector::scan(const SonarImage& image, int thread
 }
 
 std::vector<Detection> CascadeDetector::detect(const SonarImage& image, int threads) const {
+  check_sonar_image(image);
+  const SonarImage seen = prepared(image, config_.side);
   std::vector<WindowHit> hits;
-  for (const LevelHits& level : scan(image, threads)) {
+  for (const LevelHits& level : scan_prepared(seen, threads)) {
     const auto scale = static_cast<float>(level.scale);
     const auto scaled = [&](int length) { return cvRound(static_cast<float>(length) * scale); };
     const cv::Size size(scaled(cascade_.window.width), scaled(cascade_.window.height));
-    for (const LevelHits::Hit& hit : level.hits) {
-      cv::Rect box({scaled(hit.top_left.x), scaled(hit.top_left.y)}, size);
-      if (config_.side == CascadeSide::kMirrored) box.x = image.intensity.cols - box.x - box.width;
-      hits.push_back({box, hit.score});
-    }
+    for (const LevelHits::Hit& hit : level.hits) hits.push_back({{{scaled(hit.top_left.x), scaled(hit.top_left.y)}, size}, hit.score});
   }
-  std::vector<Detection> detections = group_hits(hits, config_.min_neighbours, config_.similarity);
-  for (Detection& detection : detections) detection.box &= cv::Rect({0, 0}, image.intensity.size());  // scaled sizes are rounded
-  return detections;
+  std::vector<Detection> kept;
+  const bool alike = config_.grouping == HitGrouping::kAlike;
+  for (Detection detection : alike ? group_hits(hits, config_.min_neighbours, config_.similarity)
+                                   : best_hits(hits, config_.min_neighbours, config_.max_overlap)) {
+    detection.box &= cv::Rect({0, 0}, seen.intensity.size());  // scaled sizes are rounded
+    if (config_.verify == DetectionVerifier::kContour) {
+      detection.contour = contour_in(seen, detection.box);
+      if (detection.contour->score < config_.min_contour_score) continue;  // (C-24)
+    }
+    if (config_.side == CascadeSide::kMirrored) detection.box.x = seen.intensity.cols - detection.box.x - detection.box.width;
+    kept.push_back(detection);
+  }
+  return kept;
+}
+
+ContourVerdict CascadeDetector::contour_in(const SonarImage& seen, const cv::Rect& box) const {
+  const std::optional<ContourSignature> signature = echo_signature(seen, box);
+  if (!signature) return {};
+  const double distance = contour_distance(signature->spectrum, *cascade_.contour);
+  return {distance, contour_score(distance, *cascade_.contour)};
 }
 
 }  // namespace ssjs

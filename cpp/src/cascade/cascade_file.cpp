@@ -1,8 +1,10 @@
 #include "ssjs/cascade/cascade_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/cascade/cascade_xml.hpp"
@@ -142,6 +144,25 @@ Provenance provenance_from(const Json& json) {
   return provenance;
 }
 
+std::vector<double> numbers(const Json& object, const std::string& key, const std::string& where) {
+  std::vector<double> found;
+  const std::string here = where + "." + key;
+  for (const Json& value : list(object, key, where)) found.push_back(number(value, here));
+  return found;
+}
+
+ContourReference contour_from(const Json& json) {
+  const std::string where = "contour";
+  ContourReference reference;
+  for (auto [key, spectrum] : {std::pair("mean", &reference.mean), std::pair("deviation", &reference.deviation)}) {
+    const std::vector<double> harmonics = numbers(json, key, where);
+    if (harmonics.size() != spectrum->size()) fail(where + "." + key, "not " + std::to_string(spectrum->size()) + " harmonics");
+    std::copy(harmonics.begin(), harmonics.end(), spectrum->begin());
+  }
+  reference.distances = numbers(json, "distances", where);
+  return reference;
+}
+
 HaarCascade cascade_from(const Json& root) {
   if (string(member(root, "format", "file"), "format") != kFormat) fail("format", string(root.at("format"), "format"));
   const int version = integer(member(root, "version", "file"), "version");
@@ -156,6 +177,7 @@ HaarCascade cascade_from(const Json& root) {
   const Json& stages = list(root, "stages", "file");
   for (std::size_t i = 0; i < stages.size(); ++i) cascade.stages.push_back(stage_from(stages[i], at("stages", i)));
   cascade.provenance = provenance_from(member(root, "provenance", "file"));
+  if (root.contains("contour")) cascade.contour = contour_from(root.at("contour"));
   check_cascade(cascade);
   return cascade;
 }
@@ -168,12 +190,15 @@ std::string to_json(const HaarCascade& cascade) {
   for (const HaarFeature& feature : cascade.features) features.push_back(feature_json(feature));
   Json stages = Json::array();
   for (const CascadeStage& stage : cascade.stages) stages.push_back(stage_json(stage));
-  const Json root = {{"format", kFormat},
-                     {"version", kVersion},
-                     {"window", {cascade.window.width, cascade.window.height}},
-                     {"provenance", provenance_json(cascade.provenance)},
-                     {"stages", stages},
-                     {"features", features}};
+  Json root = {{"format", kFormat},
+               {"version", kVersion},
+               {"window", {cascade.window.width, cascade.window.height}},
+               {"provenance", provenance_json(cascade.provenance)}};
+  if (cascade.contour)
+    root["contour"] = {
+        {"mean", cascade.contour->mean}, {"deviation", cascade.contour->deviation}, {"distances", cascade.contour->distances}};
+  root["stages"] = stages;
+  root["features"] = features;
   return root.dump(1) + "\n";
 }
 

@@ -4,13 +4,16 @@
 #include <cmath>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/imaging/threshold.hpp"
 
 namespace ssjs {
 namespace {
 
-constexpr double kLeastDeviation = 0.002;  // of a harmonic, part of the mean distance: what the pixel grid alone does to it
+constexpr int kMedian = 9;  // px of kEchoSide
 
 void check_grey(const cv::Mat& picture, const char* name) {
   if (picture.empty() || picture.type() != CV_8UC1)
@@ -53,7 +56,7 @@ std::optional<ContourSignature> contour_signature(const cv::Mat& mask) {
   for (double& distance : signature.distance) distance /= mean;
 
   // (C-20)
-  for (std::size_t h = 0; h < ContourSignature::kHarmonics; ++h) {
+  for (std::size_t h = 0; h < kContourHarmonics; ++h) {
     double cosine = 0;
     double sine = 0;
     for (std::size_t k = 0; k < ContourSignature::kSamples; ++k) {
@@ -66,33 +69,26 @@ std::optional<ContourSignature> contour_signature(const cv::Mat& mask) {
   return signature;
 }
 
-cv::Mat highlight_mask(const cv::Mat& picture) {
-  check_grey(picture, "picture");
-  cv::Mat smooth;
-  cv::medianBlur(picture, smooth, 3);
-  cv::Mat mask;
-  cv::threshold(smooth, mask, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
-  return mask;
+std::optional<cv::Mat> echo_mask(const SonarImage& image, const cv::Rect& box) {
+  check_sonar_image(image);
+  check_grey(image.intensity, "image");
+  if (box.area() <= 0 || (box & cv::Rect({0, 0}, image.intensity.size())) != box)
+    throw InvalidArgument("box", std::to_string(box.width) + " x " + std::to_string(box.height), "must lie in the picture");
+  // (C-21): the same size whatever the scale, so that filter and pixel grid do the same to all
+  const double scale = static_cast<double>(kEchoSide) / std::max(box.width, box.height);
+  const cv::Size size(std::max(1, cvRound(box.width * scale)), std::max(1, cvRound(box.height * scale)));
+  SonarImage seen;
+  cv::resize(image.intensity(box), seen.intensity, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR_EXACT);
+  if (!image.valid.empty()) cv::resize(image.valid(box), seen.valid, size, 0, 0, cv::INTER_NEAREST);
+  cv::medianBlur(seen.intensity, seen.intensity, kMedian);
+  const std::optional<int> threshold = otsu_threshold(histogram(seen));
+  if (!threshold) return std::nullopt;
+  return foreground(seen, *threshold);
 }
 
-SignatureModel learn_signature(const std::vector<ContourSignature>& objects) {
-  if (objects.size() < 2) throw InvalidArgument("signatures", static_cast<double>(objects.size()), "at least two are needed");
-  SignatureModel model;
-  const auto count = static_cast<double>(objects.size());
-  for (std::size_t h = 0; h < ContourSignature::kHarmonics; ++h) {
-    for (const ContourSignature& object : objects) model.mean[h] += object.spectrum[h] / count;
-    double squares = 0;
-    for (const ContourSignature& object : objects) squares += std::pow(object.spectrum[h] - model.mean[h], 2);
-    model.deviation[h] = std::max(kLeastDeviation, std::sqrt(squares / (count - 1)));
-  }
-  return model;
-}
-
-double unlikeness(const ContourSignature& signature, const SignatureModel& model) {
-  double squares = 0;
-  for (std::size_t h = 0; h < ContourSignature::kHarmonics; ++h)
-    squares += std::pow((signature.spectrum[h] - model.mean[h]) / model.deviation[h], 2);
-  return std::sqrt(squares / ContourSignature::kHarmonics);
+std::optional<ContourSignature> echo_signature(const SonarImage& image, const cv::Rect& box) {
+  const std::optional<cv::Mat> mask = echo_mask(image, box);
+  return mask ? contour_signature(*mask) : std::nullopt;
 }
 
 }  // namespace ssjs

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "ssjs/base/error.hpp"
 
@@ -68,7 +69,53 @@ void best_first(std::vector<Detection>& detections) {
   });
 }
 
+/// Sums for the weighted mean of boxes.
+struct WeightedBox {
+  double x = 0, y = 0, width = 0, height = 0, weight = 0;
+
+  void add(const cv::Rect& box, double by) {
+    x += by * box.x;
+    y += by * box.y;
+    width += by * box.width;
+    height += by * box.height;
+    weight += by;
+  }
+  [[nodiscard]] cv::Rect mean() const {
+    return {cvRound(x / weight), cvRound(y / weight), cvRound(width / weight), cvRound(height / weight)};
+  }
+};
+
 }  // namespace
+
+std::vector<Detection> best_hits(const std::vector<WindowHit>& hits, int min_neighbours, double max_overlap) {
+  if (min_neighbours < 0) throw InvalidArgument("min_neighbours", min_neighbours, "must not be negative");
+  if (!(max_overlap >= 0 && max_overlap <= 1)) throw InvalidArgument("max_overlap", max_overlap, "must lie in [0, 1]");
+  constexpr double kOfTheMean = 0.5;     // intersection over union
+  constexpr double kLeastWeight = 1e-6;  // a hit of score 0 has a box, too
+  std::vector<Detection> left;
+  for (const WindowHit& hit : hits) left.push_back({hit.box, hit.score, 1});
+  best_first(left);
+  std::vector<Detection> kept;
+  while (!left.empty()) {
+    const Detection best = left.front();
+    WeightedBox mean;
+    int neighbours = 0;
+    std::vector<Detection> others;
+    for (const Detection& hit : left) {
+      const double common = (hit.box & best.box).area();
+      const double area = hit.box.area();
+      const double best_area = best.box.area();
+      if (common / (area + best_area - common) >= kOfTheMean) mean.add(hit.box, std::max(hit.score, kLeastWeight));
+      if (hit.box == best.box || common > max_overlap * std::min(area, best_area))
+        ++neighbours;
+      else
+        others.push_back(hit);
+    }
+    if (neighbours > min_neighbours) kept.push_back({mean.mean(), best.score, neighbours});
+    left = std::move(others);
+  }
+  return kept;
+}
 
 std::vector<Detection> group_hits(const std::vector<WindowHit>& hits, int min_neighbours, double similarity) {
   if (min_neighbours < 0) throw InvalidArgument("min_neighbours", min_neighbours, "must not be negative");

@@ -61,20 +61,29 @@ FeatureTable::FeatureTable(const std::vector<HaarFeature>& features, const Windo
   for (const HaarFeature& feature : features) check_feature(feature, positives.window());
   kept_rows_ = samples() == 0 ? 0 : std::min(features.size(), memory_bytes / samples());
   kept_.resize(kept_rows_ * samples());
-  parallel_blocks((kept_rows_ + kFeaturesPerBlock - 1) / kFeaturesPerBlock, threads, [&](std::size_t block) {
+  binnings_.resize(features.size());
+  if (samples() == 0) return;
+  parallel_blocks((features.size() + kFeaturesPerBlock - 1) / kFeaturesPerBlock, threads, [&](std::size_t block) {
     std::vector<float> row(samples());
-    const std::size_t end = std::min(kept_rows_, (block + 1) * kFeaturesPerBlock);
-    for (std::size_t f = block * kFeaturesPerBlock; f < end; ++f) form_bins(f, row, kept_.data() + f * samples());
+    const std::size_t end = std::min(features.size(), (block + 1) * kFeaturesPerBlock);
+    for (std::size_t f = block * kFeaturesPerBlock; f < end; ++f) {
+      values(f, row.data());
+      binnings_[f] = binning_of(row);
+      if (keeps(f)) form_bins(row, binnings_[f], kept_.data() + f * samples());
+    }
   });
 }
 
-void FeatureTable::form_bins(std::size_t index, std::vector<float>& row, Bin* bins) const {
-  values(index, row.data());
+FeatureTable::Binning FeatureTable::binning_of(const std::vector<float>& row) {
+  const auto [lowest, highest] = extent(row.data(), row.size());
+  return {lowest, highest > lowest ? static_cast<float>(kBins) * 0.9999F / (highest - lowest) : 0.0F};
+}
+
+void FeatureTable::form_bins(const std::vector<float>& row, Binning binning, Bin* bins) {
   const std::size_t count = row.size();
   const float* value = row.data();
-  const auto [lowest, highest] = extent(value, count);
+  const auto [lowest, per_value] = binning;
   // Every step below keeps order, so that bins are intervals of values whatever is rounded.
-  const float per_value = highest > lowest ? static_cast<float>(kBins) * 0.9999F / (highest - lowest) : 0.0F;
   constexpr int kLast = static_cast<int>(kBins) - 1;
   std::array<Bin, kLanes> packed;  // apart from `bins`, which could be taken for anything in memory
   std::size_t i = 0;
@@ -87,10 +96,14 @@ void FeatureTable::form_bins(std::size_t index, std::vector<float>& row, Bin* bi
 }
 
 const FeatureTable::Bin* FeatureTable::bins(std::size_t index, Scratch& scratch) const {
-  if (index < kept_rows_) return kept_.data() + index * samples();
-  scratch.values.resize(samples());
-  scratch.bins.resize(samples());
-  form_bins(index, scratch.values, scratch.bins.data());
+  return keeps(index) ? kept_.data() + index * samples() : bins_of(sums_, index, scratch);
+}
+
+const FeatureTable::Bin* FeatureTable::bins_of(const WindowSums& selected, std::size_t index, Scratch& scratch) const {
+  scratch.values.resize(selected.size());
+  scratch.bins.resize(selected.size());
+  selected.values(features_[index], scratch.values.data());
+  form_bins(scratch.values, binnings_[index], scratch.bins.data());
   return scratch.bins.data();
 }
 

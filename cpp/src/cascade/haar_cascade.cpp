@@ -53,6 +53,7 @@ void check_cascade(const HaarCascade& cascade) {
     for (std::size_t i = 0; i < stage.weak.size(); ++i)
       check_tree(stage.weak[i], static_cast<int>(cascade.features.size()), name + ", weak classifier " + std::to_string(i));
   }
+  if (cascade.contour) check_contour_reference(*cascade.contour);
 }
 
 HaarCascade mirrored(const HaarCascade& cascade) {

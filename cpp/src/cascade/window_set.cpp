@@ -23,6 +23,28 @@ class Fnv1a {
   std::uint64_t hash_ = 0xcbf29ce484222325U;
 };
 
+/// Those of `names`, not all of them, whose number of entries in `recordings` is nearest to `wanted`, the lesser of two equally near.
+/// Of several choices: names at the end of the list are done without first.
+std::vector<int> nearest_in_sum(const std::vector<int>& names, const std::vector<int>& recordings, double wanted) {
+  std::vector<std::size_t> sizes;
+  for (const int name : names) sizes.push_back(static_cast<std::size_t>(std::count(recordings.begin(), recordings.end(), name)));
+  // reached[k][n]: some of the first k recordings have n entries
+  std::vector<std::vector<bool>> reached(names.size() + 1, std::vector<bool>(recordings.size() + 1, false));
+  reached[0][0] = true;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    for (std::size_t n = 0; n <= recordings.size(); ++n) reached[k + 1][n] = reached[k][n] || (n >= sizes[k] && reached[k][n - sizes[k]]);
+  std::size_t nearest = 0;
+  for (std::size_t n = 0; n < recordings.size(); ++n)  // all of them would leave nothing
+    if (reached.back()[n] && std::abs(static_cast<double>(n) - wanted) < std::abs(static_cast<double>(nearest) - wanted)) nearest = n;
+  std::vector<int> chosen;
+  for (std::size_t k = names.size(); k > 0; --k) {
+    if (reached[k - 1][nearest]) continue;
+    chosen.push_back(names[k - 1]);
+    nearest -= sizes[k - 1];
+  }
+  return chosen;
+}
+
 std::string text(cv::Size size) { return std::to_string(size.width) + " x " + std::to_string(size.height); }
 
 }  // namespace
@@ -87,12 +109,7 @@ SampleSplit split_by_recording(const std::vector<int>& recordings, double valida
   for (std::size_t i = names.size(); i > 1; --i) std::swap(names[i - 1], names[draw.below(i)]);
 
   const double wanted = validation_fraction * static_cast<double>(recordings.size());
-  std::vector<int> held_back;
-  std::ptrdiff_t held = 0;
-  for (std::size_t i = 0; i + 1 < names.size() && static_cast<double>(held) < wanted; ++i) {
-    held += std::count(recordings.begin(), recordings.end(), names[i]);
-    held_back.push_back(names[i]);
-  }
+  std::vector<int> held_back = nearest_in_sum(names, recordings, wanted);
   std::sort(held_back.begin(), held_back.end());
   SampleSplit split;
   for (std::size_t i = 0; i < recordings.size(); ++i)

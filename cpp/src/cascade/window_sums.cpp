@@ -1,6 +1,8 @@
 #include "ssjs/cascade/window_sums.hpp"
 
+#include <algorithm>
 #include <array>
+#include <type_traits>
 
 namespace ssjs {
 namespace {
@@ -27,6 +29,22 @@ WindowSums::WindowSums(const WindowSet& windows, Diagonal diagonal) : stride_(wi
       if (with_diagonal) diagonals_[corner * size() + i] = integral.diagonal()[corner];
     }
   }
+}
+
+WindowSums WindowSums::select(const std::vector<std::uint32_t>& windows) const {
+  const auto chosen = [&](const auto& rows) {
+    std::decay_t<decltype(rows)> made;
+    made.reserve(rows.size() / std::max<std::size_t>(1, size()) * windows.size());
+    for (std::size_t row = 0; row < rows.size(); row += size())
+      for (const std::uint32_t window : windows) made.push_back(rows[row + window]);
+    return made;
+  };
+  WindowSums some;
+  some.stride_ = stride_;
+  some.norms_ = chosen(norms_);
+  some.sums_ = chosen(sums_);
+  some.diagonals_ = chosen(diagonals_);
+  return some;
 }
 
 void WindowSums::values(const HaarFeature& feature, float* values) const {

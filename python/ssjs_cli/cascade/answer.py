@@ -1,14 +1,9 @@
 """What the finished commands of the cascade say on the terminal."""
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
-
-from ssjs_cli.exit_codes import DONE, PARTLY_DONE
+from ssjs_cli.finished import Finished, note_losses
 from ssjs_cli.session import Session
 from ssjs_cli.studies.tables import terminal_table
 
-MAX_SHOWN = 20
 LAYER_COLUMNS = (
     ("layer", "layer", "d"),
     ("features", "features", "d"),
@@ -19,17 +14,9 @@ LAYER_COLUMNS = (
 )
 
 
-def note_losses(failures: Sequence[tuple[str, str]], session: Session) -> int:
-    """Says what was unusable and gives the exit code."""
-    for name, reason in failures[:MAX_SHOWN]:
-        session.message(f"lost: {reason}" if name in reason else f"lost: {name}: {reason}")
-    if len(failures) > MAX_SHOWN:
-        session.message(f"lost: {len(failures) - MAX_SHOWN} more, listed in the result files")
-    return PARTLY_DONE if failures else DONE
-
-
-def answer_training(directory: Path, document: dict[str, Any], failures: Sequence[tuple[str, str]], session: Session) -> int:
-    code = note_losses(failures, session)
+def answer_training(finished: Finished, session: Session) -> int:
+    directory, document = finished.directory, finished.document
+    code = note_losses(finished.failures, session)
     totals = document["totals"]
     held_back = f", {totals['objects_held_back']} held back" if totals["objects_held_back"] else ""
     lines = [
@@ -49,8 +36,9 @@ def answer_training(directory: Path, document: dict[str, Any], failures: Sequenc
     return code
 
 
-def answer_detection(directory: Path, document: dict[str, Any], failures: Sequence[tuple[str, str]], session: Session) -> int:
-    code = note_losses(failures, session)
+def answer_detection(finished: Finished, session: Session) -> int:
+    directory, document = finished.directory, finished.document
+    code = note_losses(finished.failures, session)
     totals = document["totals"]
     lines = [f"{totals['detections']} detections in {totals['images']} images"]
     if totals["failed"]:
@@ -60,8 +48,9 @@ def answer_detection(directory: Path, document: dict[str, Any], failures: Sequen
     return code
 
 
-def answer_evaluation(directory: Path, document: dict[str, Any], failures: Sequence[tuple[str, str]], session: Session) -> int:
-    code = note_losses(failures, session)
+def answer_evaluation(finished: Finished, session: Session) -> int:
+    directory, document = finished.directory, finished.document
+    code = note_losses(finished.failures, session)
     totals, rates = document["totals"], document["rates"]
     low, high = rates["detection_rate_band"]
     columns = (

@@ -10,17 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
-from ssjs_cli.cascade.detect import outcomes_of
+from ssjs_cli.cascade.detect import detections_in
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, read_labelled_images, recording_names
 from ssjs_cli.cascade.model_file import Model, load_model
-from ssjs_cli.cascade.samples import PictureSource
+from ssjs_cli.cascade.one_image import further_columns
 from ssjs_cli.cascade.scoring import Curve, ImageMatch, Scored, bootstrap_band, curve, match, wilson_band
 from ssjs_cli.cascade.settings import BOOTSTRAP_KEY, EVALUATION, IOU_KEY, WINDOWS_KEY, SettingsRequest, resolve_cascade
+from ssjs_cli.cascade.sides import views_of
 from ssjs_cli.cascade.window_boxes import window_box
 from ssjs_cli.cascade.windows import background_windows, judged, no_windows, stages_of, window_of
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.atomic import new_directory
+from ssjs_cli.finished import Finished
+from ssjs_cli.formats.atomic import holds_only, new_directory
+from ssjs_cli.segmentation.image_list import title_of
 from ssjs_cli.session import Session
 from ssjs_cli.studies.study_folder import key_of
 from ssjs_cli.studies.tables import csv_text, json_text
@@ -33,6 +36,7 @@ TABLE_FILE = "detections.csv"
 CONFIG_FILE = "config.toml"
 PAGE_FILE = "report.html"
 FILES = (SUMMARY_FILE, LAYERS_FILE, FROC_FILE, TABLE_FILE, CONFIG_FILE, PAGE_FILE)
+why_not_an_evaluation = holds_only(FILES, (SUMMARY_FILE,))
 DETECTION_COLUMNS = ("image", "x_px", "y_px", "width_px", "height_px", "score", "outcome")
 FROC_COLUMNS = ("threshold", "false_boxes_per_image", "detection_rate", "precision")
 LAYER_COLUMNS = (
@@ -59,13 +63,6 @@ class EvaluationRequest:
 
 
 @dataclass(frozen=True)
-class FinishedEvaluation:
-    directory: Path
-    document: dict[str, Any]
-    failures: list[tuple[str, str]]
-
-
-@dataclass(frozen=True)
 class Evaluated:
     """All that the result files tell. band: false boxes an image, and the detection rate's limits there."""
 
@@ -80,7 +77,7 @@ class Evaluated:
     failures: list[tuple[str, str]]
 
 
-def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation:
+def evaluate(request: EvaluationRequest, session: Session) -> Finished:
     settings, seed = resolve_cascade(request.settings, EVALUATION)
     model = load_model(request.model)
     labelled = read_labelled_images(request.images, request.labels, settings)
@@ -88,42 +85,45 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
         raise UserError(f"{request.labels.masks or request.labels.annotations}: holds no object of these images; check the paths")
     listed = [image.listed for image in labelled.images]
     recordings = recording_names(listed, request.recordings)
-    out = request.out or Path("runs") / f"{Path(os.path.abspath(request.images[0])).stem}-cascade-evaluation"
+    title = title_of(request.images)
+    out = request.out or Path("runs") / f"{title}-cascade-evaluation"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     with new_directory(out, force=request.force, why_not_ours=why_not_an_evaluation, kind=KIND) as partial:
-        outcomes = outcomes_of(
+        results = detections_in(
             listed, model, settings, request.jobs, None, session, {image.listed.name for image in labelled.images if image.mirrored}
         )
-        failures = list(labelled.problems)
+        failures = [*labelled.problems, *results.failures]
         matches, rows, kept = [], [], []
         for image, recording in zip(labelled.images, recordings, strict=True):
-            record = outcomes[image.listed.stem].record
+            record = results.records.get(image.listed.name)
             if record is None:
-                failures.append((image.listed.name, outcomes[image.listed.stem].reason))
                 continue
-            detections = [
-                Scored((row["x_px"], row["y_px"], row["width_px"], row["height_px"]), row["score"], row["neighbours"])
+            row_of = {
+                Scored((row["x_px"], row["y_px"], row["width_px"], row["height_px"]), row["score"], row["neighbours"]): row
                 for row in record["detections"]
-            ]
-            matched = match(detections, image.boxes, float(settings.values[IOU_KEY] or 0.0), recording)
+            }
+            matched = match(list(row_of), image.boxes, float(settings.values[IOU_KEY] or 0.0), recording)
             matches.append(matched)
             kept.append(image)
-            rows += _rows(image.listed.name, matched)
+            rows += [
+                {**row_of[detection], "outcome": FALSE if found is None else FOUND}
+                for detection, found in zip(matched.detections, matched.found, strict=True)
+            ]
         labelled = LabelledImages(kept, labelled.problems, labelled.unlabelled)
         made = curve(matches)
         evaluated = Evaluated(
-            Path(os.path.abspath(request.images[0])).name,
+            title,
             model,
             labelled,
             matches,
             made,
             _band(matches, made, int(settings.values[BOOTSTRAP_KEY] or 0), seed),
-            layer_table(model, labelled, int(settings.values[WINDOWS_KEY] or 0), seed, request.jobs or os.cpu_count() or 1),
+            layer_table(model, labelled, settings, int(settings.values[WINDOWS_KEY] or 0), seed, request.jobs or os.cpu_count() or 1),
             settings,
             failures,
         )
         document = _summary(evaluated, seed)
-        (partial / TABLE_FILE).write_text(csv_text(DETECTION_COLUMNS, rows), encoding="utf-8")
+        (partial / TABLE_FILE).write_text(csv_text((*DETECTION_COLUMNS, *further_columns(settings.values)), rows), encoding="utf-8")
         (partial / SUMMARY_FILE).write_text(json_text(document), encoding="utf-8")
         (partial / LAYERS_FILE).write_text(csv_text(LAYER_COLUMNS, evaluated.layers), encoding="utf-8")
         (partial / FROC_FILE).write_text(csv_text(FROC_COLUMNS, _froc_rows(made)), encoding="utf-8")
@@ -132,30 +132,30 @@ def evaluate(request: EvaluationRequest, session: Session) -> FinishedEvaluation
             from ssjs_cli.report.cascade_evaluation_page import evaluation_page
 
             (partial / PAGE_FILE).write_text(evaluation_page(evaluated, document), encoding="utf-8")
-    return FinishedEvaluation(out, document, failures)
+    return Finished(out, document, failures)
 
 
-def layer_table(model: Model, labelled: LabelledImages, wanted: int, seed: int, threads: int) -> list[dict[str, Any]]:
+def layer_table(model: Model, labelled: LabelledImages, settings: Settings, wanted: int, seed: int, threads: int) -> list[dict[str, Any]]:
     """Rates of the cascade up to each layer: on the windows of the objects, and on windows at random places that touch no object."""
     cascade = model.cascade
     size = cascade.window
     windows = []
-    for image in labelled.images:
-        if not image.boxes:
+    views = views_of(labelled.images, settings.values)
+    for view in views:
+        boxes = view.objects(model.preparation)
+        if not boxes:
             continue
-        levels, boxes = image.read_levels(model.smoothing_px)
+        levels, _ = view.read(model.preparation)
         for box in boxes:
-            grown = window_box(box, model.margin, size, (image.width_px, image.height_px))
+            grown = window_box(box, model.margin, size, levels.shape[::-1])
             window = None if grown is None else window_of(levels, grown, *size)
             if window is not None:
                 windows.append(window)
-    pictures = PictureSource(
-        [image.listed.path for image in labelled.images],
-        [image.boxes for image in labelled.images],
-        [image.mirrored for image in labelled.images],
-        model.smoothing_px,
-    )
-    background = background_windows(len(pictures), pictures.read, wanted, *size, seed, "windows of the layer table", threads)
+
+    def without_objects(index: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        return views[index].ground(model.preparation)
+
+    background = background_windows(len(views), without_objects, wanted, *size, seed, "windows of the layer table", threads)
     objects = np.stack(windows) if windows else no_windows(*size)
     of_objects, _ = judged(cascade, objects)
     of_background, _ = judged(cascade, background)
@@ -189,20 +189,6 @@ def _band(
     grid = np.concatenate([[0.0], np.geomspace(min(1.0 / max(made.images, 1), most), most, GRID_POINTS)])
     limits = bootstrap_band(matches, grid, samples, seed)
     return None if limits is None else (grid, *limits)
-
-
-def _rows(name: str, matched: ImageMatch) -> list[dict[str, Any]]:
-    rows = []
-    for detection, found in zip(matched.detections, matched.found, strict=True):
-        left, top, width, height = detection.box
-        outcome = FALSE if found is None else FOUND
-        rows.append(
-            {
-                "image": name, "x_px": left, "y_px": top, "width_px": width, "height_px": height, "score": detection.score,
-                "outcome": outcome,
-            }
-        )  # fmt: skip
-    return rows
 
 
 def _froc_rows(made: Curve) -> list[dict[str, Any]]:
@@ -250,10 +236,3 @@ def _summary(evaluated: Evaluated, seed: int) -> dict[str, Any]:
 
 def _rounded(value: float) -> float:
     return round(float(value), RATE_DECIMALS)
-
-
-def why_not_an_evaluation(directory: Path) -> str | None:
-    if not (directory / SUMMARY_FILE).is_file():
-        return f"it holds no {SUMMARY_FILE}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in FILES)
-    return f"it also holds {foreign[0]}" if foreign else None

@@ -1,6 +1,5 @@
 """Images with the boxes of their objects, from masks or from annotations; what cannot be used is named, and left out."""
 
-import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,11 +10,11 @@ from numpy.typing import NDArray
 
 from ssjs_cli import _core
 from ssjs_cli.cascade.settings import MASK_GAP_KEY, MIN_OBJECT_KEY
-from ssjs_cli.cascade.smoothing import smoothed
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.annotations.annotation_source import Annotations, BoxFinder, read_annotations
 from ssjs_cli.formats.annotations.boxes import Box
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import read_image
 from ssjs_cli.formats.image_levels import LevelImage, Mask
 from ssjs_cli.segmentation.image_list import ListedImage, listed_images
@@ -43,14 +42,15 @@ class LabelledImage:
     digest: str
     mirrored: bool = False
 
-    def read_levels(self, smoothing_px: int) -> tuple[NDArray[np.uint8], tuple[Box, ...]]:
-        """In 8 bits, smoothed, with the boxes, both turned left to right where the image is mirrored."""
+    def read_levels(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None, tuple[Box, ...]]:
+        """In 8 bits, where they are valid, and the boxes, all turned left to right where the image is mirrored."""
         picture = read_image(self.listed.path)
-        levels = smoothed(picture.levels, picture.valid, smoothing_px)
+        levels: NDArray[np.uint8] = _core.in_8_bits(picture.levels, picture.valid)
         if not self.mirrored:
-            return levels, self.boxes
+            return levels, picture.valid, self.boxes
         boxes = tuple((self.width_px - left - width, top, width, height) for left, top, width, height in self.boxes)
-        return np.ascontiguousarray(levels[:, ::-1]), boxes
+        valid = None if picture.valid is None else np.ascontiguousarray(picture.valid[:, ::-1])
+        return np.ascontiguousarray(levels[:, ::-1]), valid, boxes
 
 
 @dataclass(frozen=True)
@@ -140,11 +140,6 @@ def _boxes_of_mask(mask: Mask, image: LevelImage, settings: Settings) -> list[Bo
         return []
     groups = _core.group_regions(regions, float(settings.values[MASK_GAP_KEY] or 0.0))
     return [(int(x), int(y), int(width), int(height)) for x, y, width, height in groups["bounding_box_px"]]
-
-
-def file_digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def mirrored_names(images: Sequence[ListedImage], pattern: str | None) -> set[str]:

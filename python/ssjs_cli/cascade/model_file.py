@@ -5,29 +5,28 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.preparation import BORDER_KEY, SMOOTHING_KEY, Preparation
 from ssjs_cli.errors import UserError, describe_os_error
+from ssjs_cli.formats.file_digest import file_digest
 
 MODEL_FILE = "cascade.json"
 XML_FILE = "cascade.xml"
 MEAN_FILE = "mean_positive.png"
-MARGIN_SETTING, SMOOTHING_SETTING = "window.margin", "image.smoothing_px"
+MARGIN_SETTING = "window.margin"
 
 
 @dataclass(frozen=True)
 class Model:
-    """margin: part of an object's size that the windows hold on each side of it; smoothing_px: pictures are averaged over so many pixels
-    first; digest: of the file."""
+    """margin: part of an object's size that the windows hold on each side of it; preparation: of pictures; digest: of the file."""
 
     path: Path
     cascade: _core.HaarCascade
     margin: float
-    smoothing_px: int
+    preparation: Preparation
     digest: str
 
 
 def load_model(path: Path) -> Model:
-    from ssjs_cli.cascade.labelled_images import file_digest
-
     if path.is_dir():
         path = path / MODEL_FILE
     try:
@@ -39,7 +38,8 @@ def load_model(path: Path) -> Model:
         raise UserError(f"{error}; give a model of `cascade train`, or OpenCV's cascade XML") from error
     except ValueError as error:
         raise UserError(f"{path}: {error}; give a model of `cascade train`, or OpenCV's cascade XML") from error
-    return Model(path, cascade, _number(cascade, MARGIN_SETTING, 0.0), int(_number(cascade, SMOOTHING_SETTING, 1.0)), digest)
+    preparation = Preparation(int(_number(cascade, SMOOTHING_KEY, 1.0)), int(_number(cascade, BORDER_KEY, 0.0)))
+    return Model(path, cascade, _number(cascade, MARGIN_SETTING, 0.0), preparation, digest)
 
 
 def _number(cascade: _core.HaarCascade, setting: str, otherwise: float) -> float:

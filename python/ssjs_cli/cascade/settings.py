@@ -5,24 +5,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.preparation import BORDER_KEY, SMOOTHING_KEY
+from ssjs_cli.cascade.size_limits import DETECTOR_PREFIX, SIZE_FIELDS, size_violations
 from ssjs_cli.config import (
-    DEFAULT_SEED,
     FieldDescription,
-    Layer,
     Scalar,
     Settings,
     SettingsKind,
-    checked_seed,
     described_by_core,
-    layer_from_assignments,
-    layer_from_file,
-    resolve,
+    layer_from_flag,
+    part,
+    resolve_request,
 )
+from ssjs_cli.segmentation.ground_settings import GROUND_FIELDS, ground_layers, ground_violations
 
 TRAINER_PREFIX = "training."
 AUGMENTATION_PREFIX = "augmentation."
-DETECTOR_PREFIX = "detector."
-SMOOTHING_KEY = "image.smoothing_px"
 WINDOW_WIDTH_KEY = "window.width_px"
 WINDOW_HEIGHT_KEY = "window.height_px"
 MARGIN_KEY = "window.margin"
@@ -33,6 +31,8 @@ MIN_OBJECT_KEY = "samples.min_object_px"
 VALIDATION_FRACTION_KEY = "validation.fraction"
 VALIDATION_WINDOWS_KEY = "validation.windows"
 IOU_KEY = "evaluation.iou"
+CONTOUR_KEY = "contour.learn"
+VERIFY_KEY = "detector.verify"
 BOOTSTRAP_KEY = "evaluation.bootstrap"
 WINDOWS_KEY = "evaluation.windows"
 
@@ -46,6 +46,10 @@ _SAMPLE_FIELDS = (
     FieldDescription(
         SMOOTHING_KEY, "int", 1, (), "must be odd and lie in [1, 31]",
         "pictures are averaged over squares of so many pixels first, in training and detection; 1: as they are, and as OpenCV takes them",
+    ),
+    FieldDescription(
+        BORDER_KEY, "int", 0, (), "must lie in [0, 1000]",
+        "pictures are mirrored beyond their borders by so many pixels, in training and detection, so that objects cut by them are found",
     ),
     FieldDescription(WINDOW_WIDTH_KEY, "int", 24, (), "must lie in [3, 256]", "of the windows trained on: the smallest object found"),
     FieldDescription(WINDOW_HEIGHT_KEY, "int", 24, (), "must lie in [3, 256]", "of the windows trained on"),
@@ -62,6 +66,9 @@ _SAMPLE_FIELDS = (
         VALIDATION_FRACTION_KEY, "float", 0.2, (), "must lie in [0, 0.9]", "part of the objects, by whole recordings, held back to validate"
     ),
     FieldDescription(VALIDATION_WINDOWS_KEY, "int", 20000, (), "must lie in [100, 10000000]", "windows without object held back"),
+    FieldDescription(
+        CONTOUR_KEY, "bool", True, (), "", "keep in the model what the contours of the echoes look like, to verify detections with"
+    ),
 )  # fmt: skip
 _EVALUATION_FIELDS = (
     FieldDescription(IOU_KEY, "float", 0.3, (), "must lie in [0.01, 1]", "intersection over union from which a box has found an object"),
@@ -71,6 +78,7 @@ _EVALUATION_FIELDS = (
 )
 _BOUNDS: Mapping[str, tuple[float, float]] = {
     SMOOTHING_KEY: (1, 31),
+    BORDER_KEY: (0, 1000),
     MASK_GAP_KEY: (0, 1000),
     MIN_OBJECT_KEY: (1, float("inf")),
     WINDOW_WIDTH_KEY: (3, 256),
@@ -82,11 +90,6 @@ _BOUNDS: Mapping[str, tuple[float, float]] = {
     BOOTSTRAP_KEY: (0, 100_000),
     WINDOWS_KEY: (100, 10_000_000),
 }
-
-
-def part(values: Mapping[str, Scalar], prefix: str) -> dict[str, Scalar]:
-    """The settings of one table, without its name."""
-    return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}
 
 
 def _core_fields(prefix: str, entries: Sequence[Mapping[str, object]], leave_out: Sequence[str] = ()) -> Iterator[FieldDescription]:
@@ -101,7 +104,9 @@ def _training_fields() -> Iterator[FieldDescription]:
 
 
 def _detection_fields() -> Iterator[FieldDescription]:
+    yield from GROUND_FIELDS
     yield from _core_fields(DETECTOR_PREFIX, _core.cascade_detector_fields())
+    yield from SIZE_FIELDS
 
 
 def _evaluation_fields() -> Iterator[FieldDescription]:
@@ -128,7 +133,10 @@ def _training_violations(values: Mapping[str, Scalar]) -> list[str]:
 
 
 def _detection_violations(values: Mapping[str, Scalar]) -> list[str]:
-    found = [DETECTOR_PREFIX + text for text in _core.validate_cascade_detector(part(values, DETECTOR_PREFIX))]
+    in_metres = {described.key for described in SIZE_FIELDS}
+    own = {key: value for key, value in values.items() if key not in in_metres}
+    found = [DETECTOR_PREFIX + text for text in _core.validate_cascade_detector(part(own, DETECTOR_PREFIX))]
+    found += ground_violations(values) + size_violations(values)
     for side in ("width", "height"):
         least, most = values[f"{DETECTOR_PREFIX}min_{side}_px"], values[f"{DETECTOR_PREFIX}max_{side}_px"]
         if least is not None and most is not None and float(least) > float(most):
@@ -152,15 +160,12 @@ class SettingsRequest:
     config_path: Path | None = None
     assignments: Sequence[str] = ()
     seed: int | None = None
+    nadir: str | None = None
+    pixel_size: str | None = None
+    verify: str | None = None
 
 
 def resolve_cascade(request: SettingsRequest, kind: SettingsKind) -> tuple[Settings, int]:
-    """defaults < --config < --set; the seed: default < file < --seed."""
-    layers: list[Layer] = []
-    file_seed = None
-    if request.config_path is not None:
-        layer, file_seed = layer_from_file(request.config_path, kind)
-        layers.append(layer)
-    layers.append(layer_from_assignments(request.assignments, kind))
-    seed = request.seed if request.seed is not None else file_seed
-    return resolve(layers, kind), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+    """defaults < --config < --set < the other flags; the seed: default < file < --seed."""
+    flags = [*ground_layers(request.nadir, request.pixel_size), layer_from_flag("--verify", VERIFY_KEY, request.verify, kind)]
+    return resolve_request(kind, request.config_path, request.assignments, request.seed, flags=flags)

@@ -45,6 +45,7 @@ def show_model(path: Path, out: Path | None, session: Session, *, force: bool) -
         "stopped_because": provenance["stopped_because"] or None,
         "settings": provenance["settings"],
         "features": len(cascade.features()),
+        "contours": cascade.contours_known,
         "layers": layers,
         "page": str(target),
     }

@@ -11,18 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli import _core
+from ssjs_cli.cascade.contours import LEAST_OBJECTS, object_contours
 from ssjs_cli.cascade.labelled_images import LabelledImages, LabelSource, mirrored_names, read_labelled_images, recording_names
 from ssjs_cli.cascade.model_file import MEAN_FILE, MODEL_FILE, XML_FILE
 from ssjs_cli.cascade.plan_file import Plan, plan_text, read_plan
 from ssjs_cli.cascade.samples import TrainingSamples, make_samples
-from ssjs_cli.cascade.settings import TRAINER_PREFIX, TRAINING, SettingsRequest, part, resolve_cascade
+from ssjs_cli.cascade.settings import CONTOUR_KEY, TRAINER_PREFIX, TRAINING, SettingsRequest, resolve_cascade
 from ssjs_cli.cascade.windows import core_seed, window_set
-from ssjs_cli.config import Settings
+from ssjs_cli.config import Settings, part
 from ssjs_cli.errors import InterruptionError, UserError
-from ssjs_cli.formats.atomic import check_replaceable, new_directory
+from ssjs_cli.finished import Finished
+from ssjs_cli.formats.atomic import check_replaceable, holds_only, new_directory
 from ssjs_cli.formats.image_file import write_png
 from ssjs_cli.progress import interruptible, working
-from ssjs_cli.segmentation.image_list import listed_images
+from ssjs_cli.segmentation.image_list import listed_images, title_of
 from ssjs_cli.session import Session
 from ssjs_cli.studies.study_folder import key_of
 from ssjs_cli.studies.tables import csv_text, json_text
@@ -35,6 +37,7 @@ CONFIG_FILE = "config.toml"
 TIMING_FILE = "timing.json"
 PAGE_FILE = "report.html"
 FILES = (MODEL_FILE, XML_FILE, MEAN_FILE, SUMMARY_FILE, LAYERS_FILE, PLAN_FILE, CONFIG_FILE, TIMING_FILE, PAGE_FILE)
+why_not_a_cascade = holds_only(FILES, (SUMMARY_FILE,))
 LAYER_KEYS = (
     *("layer", "features", "detection_rate", "false_positive_rate", "target_detection_rate", "target_false_positive_rate"),
     *("negatives", "negatives_looked_at"),
@@ -54,13 +57,6 @@ class TrainingRequest:
     with_report: bool = True
     out: Path | None = None
     force: bool = False
-
-
-@dataclass(frozen=True)
-class FinishedTraining:
-    directory: Path
-    document: dict[str, Any]
-    failures: list[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -84,10 +80,10 @@ class Trained:
         return mean
 
 
-def train(request: TrainingRequest, session: Session) -> FinishedTraining:
+def train(request: TrainingRequest, session: Session) -> Finished:
     settings, seed = resolve_cascade(request.settings, TRAINING)
     plan = _core.thesis_plan() if request.plan is None else read_plan(request.plan)
-    title = Path(os.path.abspath(request.positives[0])).name
+    title = title_of(request.positives)
     out = request.out or Path("runs") / f"{title}-cascade"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
     check_replaceable(out, force=request.force, why_not_ours=why_not_a_cascade, kind=KIND)
@@ -118,6 +114,10 @@ def train(request: TrainingRequest, session: Session) -> FinishedTraining:
         raise UserError("no picture is left to take windows without object from; give more --negatives, or a lower validation.fraction")
     read_s = time.perf_counter()
     cascade = _trained(samples, plan, settings, seed, threads, checkpoint, request.resume)
+    with working("looking at contours"):
+        contours = object_contours(cascade, labelled.images, settings, threads) if settings.values[CONTOUR_KEY] else []
+    if len(contours) >= LEAST_OBJECTS:
+        cascade = cascade.with_contours(contours)
     trained_s = time.perf_counter()
     pictures = [*samples.negatives.problems.items(), *samples.validation_pictures.problems.items()]
     failures = [*labelled.problems, *pictures]
@@ -136,7 +136,7 @@ def train(request: TrainingRequest, session: Session) -> FinishedTraining:
     with new_directory(out, force=request.force, why_not_ours=why_not_a_cascade, kind=KIND) as partial:
         document = write_training(partial, trained, with_report=request.with_report)
     checkpoint.unlink(missing_ok=True)
-    return FinishedTraining(out, document, failures)
+    return Finished(out, document, failures)
 
 
 def _trained(
@@ -172,13 +172,6 @@ def _trained(
             raise UserError(str(error)) from error
     own = {key: value for key, value in settings.values.items() if not key.startswith(TRAINER_PREFIX)}
     return cascade.with_settings([(key, "none" if value is None else str(value)) for key, value in own.items()])
-
-
-def why_not_a_cascade(directory: Path) -> str | None:
-    if not (directory / SUMMARY_FILE).is_file():
-        return f"it holds no {SUMMARY_FILE}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in FILES)
-    return f"it also holds {foreign[0]}" if foreign else None
 
 
 def write_training(directory: Path, trained: Trained, *, with_report: bool) -> dict[str, Any]:
@@ -220,6 +213,7 @@ def _summary(trained: Trained) -> dict[str, Any]:
             "negative_pictures": len(samples.negatives),
             "negative_pictures_held_back": len(samples.validation_pictures),
             "windows_held_back": len(samples.validation_negatives),
+            "contours": trained.cascade.contours_known,
             "failed": len(trained.failures),
             "layers": len(provenance["layers"]),
             "features": sum(layer["features"] for layer in provenance["layers"]),

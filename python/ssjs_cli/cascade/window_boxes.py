@@ -16,11 +16,17 @@ def window_box(box: Box, margin: float, window_px: tuple[int, int], picture_px: 
     return min(max(x, 0), picture_px[0] - grown[0]), min(max(y, 0), picture_px[1] - grown[1]), grown[0], grown[1]
 
 
-def object_box(window: Box, margin: float) -> Box:
-    """What is left of a window's box without the margin: where the object of a detection lies."""
+def object_length(window_px: int, margin: float) -> int:
+    """What is left of a window's side without the margin."""
+    return max(1, round(window_px / (1 + 2 * margin)))
+
+
+def object_box(window: Box, margin: float, *, mirrored: bool = False) -> Box:
+    """Where the object of a detection lies. An odd rest lies right of it; mirrored: left of it, as mirroring the picture would have it."""
     left, top, width, height = window
-    inner_width, inner_height = max(1, round(width / (1 + 2 * margin))), max(1, round(height / (1 + 2 * margin)))
-    return left + (width - inner_width) // 2, top + (height - inner_height) // 2, inner_width, inner_height
+    inner_width, inner_height = object_length(width, margin), object_length(height, margin)
+    rest = width - inner_width
+    return left + (rest - rest // 2 if mirrored else rest // 2), top + (height - inner_height) // 2, inner_width, inner_height
 
 
 def intersection_over_union(one: Box, other: Box) -> float:

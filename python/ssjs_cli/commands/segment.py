@@ -4,16 +4,16 @@ from typing import Any
 
 import click
 
-from ssjs_cli.options import common_options
-from ssjs_cli.segment_options import path_of, settings_options, settings_request
+from ssjs_cli.options import common_options, path_of, pixel_size_option
+from ssjs_cli.segment_options import segmentation_options, settings_request
 from ssjs_cli.session import Session
 
 
 @click.command()
 @click.argument("images", nargs=-1, required=True)
 @click.option("--method", default=None, metavar="improved-otsu|otsu|local|iterative|max-entropy", help="Threshold method.")
-@settings_options
-@click.option("--pixel-size-m", "pixel_size", default=None, metavar="ALONG,ACROSS", help="Size of a pixel on the seabed, for metres.")
+@segmentation_options
+@pixel_size_option
 @click.option(
     "--nadir", default=None, metavar="left|middle|right|COLUMN", help="Where the sonar passed; across-track distances start there."
 )

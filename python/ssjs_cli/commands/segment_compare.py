@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from ssjs_cli.options import common_options
-from ssjs_cli.segment_options import path_of, settings_options, settings_request
+from ssjs_cli.options import common_options, path_of
+from ssjs_cli.segment_options import segmentation_options, settings_request
 from ssjs_cli.session import Session
 
 
@@ -15,7 +15,7 @@ from ssjs_cli.session import Session
 @click.option("--one-object", is_flag=True, help="What a mask shows is one object, connected or not.")
 @click.option("--boxes", type=click.Path(), default=None, metavar="FILE|DIR", help="Truth: a CSV table of boxes, or an XML file an image.")
 @click.option("--no-objects", is_flag=True, help="Truth: the images are known to hold no object.")
-@settings_options
+@segmentation_options
 @click.option("--repeat", "repeats", type=click.IntRange(1), default=3, show_default=True, help="Rounds of timing; medians are told.")
 @click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Worker processes; for times to quote, one.")
 @click.option("--no-report", is_flag=True, help="Leave out report.html.")

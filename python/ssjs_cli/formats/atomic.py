@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -41,6 +41,19 @@ def check_replaceable(target: Path, *, force: bool, why_not_ours: Callable[[Path
     reason = why_not_ours(target)
     if reason is not None:
         raise UserError(f"{target}: --force replaces only a {kind}, and this is none ({reason}); choose another --out")
+
+
+def holds_only(files: Collection[str], needed: Sequence[str]) -> Callable[[Path], str | None]:
+    """A why_not_ours for directories that hold the files `needed`, and none but `files`."""
+
+    def why_not(directory: Path) -> str | None:
+        for name in needed:
+            if not (directory / name).is_file():
+                return f"it holds no {name}"
+        foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in files)
+        return f"it also holds {foreign[0]}" if foreign else None
+
+    return why_not
 
 
 @contextmanager

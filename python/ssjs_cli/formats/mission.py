@@ -15,6 +15,7 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ssjs_cli.errors import UserError, nearest_hint
+from ssjs_cli.formats.atomic import holds_only
 from ssjs_cli.formats.number_table import (
     EXACT,
     TEXT,
@@ -198,11 +199,7 @@ def mission_directory(path: Path) -> Path:
     return directory
 
 
-def why_not_a_mission(directory: Path) -> str | None:
-    if not (directory / MISSION_FILE).is_file():
-        return f"it holds no {MISSION_FILE}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in MISSION_FILES)
-    return f"it also holds {foreign[0]}" if foreign else None
+why_not_a_mission = holds_only(MISSION_FILES, (MISSION_FILE,))
 
 
 def input_digests(directory: Path) -> dict[str, str]:

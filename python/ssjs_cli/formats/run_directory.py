@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.atomic import holds_only, write_file
 from ssjs_cli.formats.g2o import Edge, PoseGraph, Vertex, edge_information, g2o_text
 from ssjs_cli.formats.geojson import map_geojson
 from ssjs_cli.formats.mission import Geodetic
@@ -154,12 +154,7 @@ class Estimate:
     update_time_s: FloatArray
 
 
-def why_not_a_run(directory: Path) -> str | None:
-    for name in (SUMMARY_FILE, CONFIG_FILE):
-        if not (directory / name).is_file():
-            return f"it holds no {name}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in RUN_FILES)
-    return f"it also holds {foreign[0]}" if foreign else None
+why_not_a_run = holds_only(RUN_FILES, (SUMMARY_FILE, CONFIG_FILE))
 
 
 def run_directory(path: Path) -> Path:

@@ -12,7 +12,8 @@ from ssjs_cli.report.cascade_page import Card, CardGroup, CascadePage, card, ren
 from ssjs_cli.report.figure_style import Figure, Trace
 from ssjs_cli.report.number_text import count_text
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import Section, sheet
+from ssjs_cli.report.sheet import sheet
+from ssjs_cli.report.study_page import Section
 
 if TYPE_CHECKING:
     from ssjs_cli.cascade.evaluate import Evaluated

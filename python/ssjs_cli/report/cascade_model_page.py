@@ -11,7 +11,7 @@ from ssjs_cli.cascade.model_drawing import describe_feature, drawn_out, feature_
 from ssjs_cli.cascade.model_file import Model
 from ssjs_cli.cascade.windows import features_of, stages_of
 from ssjs_cli.report.cascade_page import CardGroup, CascadePage, card, render_cascade
-from ssjs_cli.report.study_page import Sheet, sheet
+from ssjs_cli.report.sheet import Sheet, sheet
 
 #: More features stay in the model's file.
 MAX_CARDS = 240
@@ -67,6 +67,8 @@ def model_page(model: Model, layers: Sequence[dict[str, Any]], mean: NDArray[np.
         ("features", str(sum(layer["features"] for layer in layers))),
         ("by", provenance["trained_with"] or "another program"),
     ]
+    if cascade.contours_known:
+        facts.append(("contours known", str(cascade.contours_known)))
     if provenance["stopped_because"]:
         facts.append(("training ended", provenance["stopped_because"]))
     settings = [{"setting": key, "value": value} for key, value in provenance["settings"].items()]

@@ -1,14 +1,12 @@
 """What the pages about cascades are made of: facts, tables, plots, and groups of small pictures. One file, offline."""
 
-import base64
 from dataclasses import dataclass, field
 
-from ssjs_cli.report.page_parts import render
-from ssjs_cli.report.study_page import Section, Sheet
+from ssjs_cli.report.page_parts import data_url, render, shown_failures
+from ssjs_cli.report.sheet import Sheet
+from ssjs_cli.report.study_page import Section
 from ssjs_cli.segmentation.contact_sheet import png_bytes
 from ssjs_cli.segmentation.pictures import Pixels
-
-MAX_FAILURES = 50
 
 
 @dataclass(frozen=True)
@@ -41,13 +39,10 @@ class CascadePage:
 
 
 def card(pixels: Pixels, *lines: str) -> Card:
-    return Card(f"data:image/png;base64,{base64.b64encode(png_bytes(pixels)).decode('ascii')}", list(lines))
+    return Card(data_url(png_bytes(pixels)), list(lines))
 
 
 def render_cascade(page: CascadePage) -> str:
-    failures = page.failures[:MAX_FAILURES]
-    if len(page.failures) > MAX_FAILURES:
-        failures.append((f"{len(page.failures) - MAX_FAILURES} more", "are listed in the result files"))
     plots = [plot for section in page.sections for plot in section.plots]
     figures = {plot.div_id: plot.figure for plot in plots if plot.figure is not None}
     return render(
@@ -60,7 +55,7 @@ def render_cascade(page: CascadePage) -> str:
         title=page.title,
         subtitle=page.subtitle,
         facts=page.facts,
-        failures=failures,
+        failures=shown_failures(page.failures),
         sheets=[sheet for sheet in page.sheets if sheet.rows],
         sections=page.sections,
         groups=[group for group in page.groups if group.cards],

@@ -8,7 +8,8 @@ from ssjs_cli.report.figure_style import Figure
 from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.number_text import count_text, seconds_text
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import GATE_NOTE, Section, SheetColumn, StudyPage, render_study, sheet
+from ssjs_cli.report.sheet import SheetColumn, sheet
+from ssjs_cli.report.study_page import GATE_NOTE, Section, StudyPage, render_study
 from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:

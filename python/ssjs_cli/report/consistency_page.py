@@ -7,7 +7,8 @@ from ssjs_cli.report.comparison_figures import band_traces, nis_band, nis_per_do
 from ssjs_cli.report.figure_style import Figure, Trace
 from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import GATE_NOTE, Section, SheetColumn, StudyPage, render_study, seeds_text, sheet
+from ssjs_cli.report.sheet import SheetColumn, sheet
+from ssjs_cli.report.study_page import GATE_NOTE, Section, StudyPage, render_study, seeds_text
 from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:

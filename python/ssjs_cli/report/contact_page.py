@@ -1,30 +1,16 @@
 """The page of many segmented images: facts, small pictures side by side, tables. One file, offline, of bounded size."""
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from urllib.parse import quote
 
-from ssjs_cli.report.page_parts import render
-from ssjs_cli.report.tables import Row
-from ssjs_cli.segmentation.contact_sheet import SheetEntry, Thumbnail
+from ssjs_cli.report.page_parts import data_url, render, shown_failures
+from ssjs_cli.report.sheet import Sheet
+from ssjs_cli.segmentation.contact_sheet import SheetEntry
 from ssjs_cli.segmentation.pictures import BORDER, CENTROID, INVALID, OBJECT, TRUTH, Colour
 
-#: More rows and failures stay in the tables beside the page.
+#: More rows stay in the tables beside the page.
 MAX_ROWS = 2000
-MAX_FAILURES = 50
-
-
-@dataclass(frozen=True)
-class TableSheet:
-    """in_overview: at the top of the page instead of below the pictures."""
-
-    id: str
-    heading: str
-    columns: list[str]
-    rows: list[Row]
-    note: str = ""
-    in_overview: bool = False
 
 
 @dataclass(frozen=True)
@@ -36,7 +22,7 @@ class ContactPage:
     facts: list[tuple[str, str]]
     entries: Sequence[SheetEntry]
     images: int
-    sheets: list[TableSheet]
+    sheets: list[Sheet]
     orders: list[tuple[str, str]] = field(default_factory=list)
     failures: list[tuple[str, str]] = field(default_factory=list)
     objects_are_shown: bool = True
@@ -44,9 +30,6 @@ class ContactPage:
 
 
 def render_contacts(page: ContactPage) -> str:
-    failures = page.failures[:MAX_FAILURES]
-    if len(page.failures) > MAX_FAILURES:
-        failures.append((f"{len(page.failures) - MAX_FAILURES} more", "are listed in the result files"))
     shown = len(page.entries)
     return render(
         "contacts.html.j2",
@@ -56,8 +39,9 @@ def render_contacts(page: ContactPage) -> str:
         with_plots=False,
         kind=page.kind,
         title=page.title,
+        subtitle="",
         facts=page.facts,
-        failures=failures,
+        failures=shown_failures(page.failures),
         entries=[_with_safe_link(entry) for entry in page.entries],
         orders=page.orders,
         legend=_legend(page),
@@ -66,10 +50,6 @@ def render_contacts(page: ContactPage) -> str:
         sheets=[sheet for sheet in page.sheets if sheet.rows],
         data_url=data_url,
     )
-
-
-def data_url(thumbnail: Thumbnail) -> str:
-    return f"data:{thumbnail.media_type};base64,{base64.b64encode(thumbnail.data).decode('ascii')}"
 
 
 def _with_safe_link(entry: SheetEntry) -> SheetEntry:

@@ -1,6 +1,8 @@
 """What every page is made of: plots with a fixed place, the templates, and the data inside one script element."""
 
+import base64
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,8 @@ from markupsafe import Markup
 from ssjs_cli.report.figure_style import Figure
 
 TEMPLATES = Path(__file__).parent / "templates"
+#: More stay in the result files.
+MAX_FAILURES = 50
 
 
 @dataclass
@@ -48,6 +52,17 @@ def render(
         data=_json_for_script(data),
         **variables,
     )
+
+
+def data_url(data: bytes, media_type: str = "image/png") -> str:
+    return f"data:{media_type};base64,{base64.b64encode(data).decode('ascii')}"
+
+
+def shown_failures(failures: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    shown = list(failures[:MAX_FAILURES])
+    if len(failures) > MAX_FAILURES:
+        shown.append((f"{len(failures) - MAX_FAILURES} more", "are listed in the result files"))
+    return shown
 
 
 def _plotly() -> Markup:

@@ -3,16 +3,15 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ssjs_cli.report.contact_page import ContactPage, TableSheet, render_contacts
+from ssjs_cli.report.contact_page import ContactPage, render_contacts
 from ssjs_cli.report.number_text import count_text
-from ssjs_cli.report.tables import Cell, Row, number_cell, text_cell
+from ssjs_cli.report.sheet import SheetColumn, sheet
 from ssjs_cli.segmentation.contact_sheet import SheetEntry
 
 if TYPE_CHECKING:
     from ssjs_cli.segmentation.comparison import MethodComparison
 
-#: key, heading, decimals (None for text), factor
-COLUMNS: tuple[tuple[str, str, int | None, float], ...] = (
+COLUMNS: tuple[SheetColumn, ...] = (
     ("method", "method", None, 1.0),
     ("threshold_median", "threshold", 0, 1.0),
     ("hit_rate", "hit rate", 3, 1.0),
@@ -37,13 +36,6 @@ NOTE = (
 
 
 def segment_comparison_page(comparison: "MethodComparison", entries: Sequence[SheetEntry]) -> str:
-    shown = [column for column in COLUMNS if any(row.get(column[0]) is not None for row in comparison.methods)]
-    rows = []
-    for row in comparison.methods:
-        cells: list[Cell] = []
-        for key, _, decimals, factor in shown:
-            cells.append(text_cell(row[key]) if decimals is None else number_cell(row[key], decimals, factor))
-        rows.append(Row(cells))
     images = comparison.methods[0]["images"]
     facts = [("images", count_text(images))]
     if comparison.methods[0]["objects"] is not None:
@@ -57,7 +49,7 @@ def segment_comparison_page(comparison: "MethodComparison", entries: Sequence[Sh
             facts=facts,
             entries=entries,
             images=images,
-            sheets=[TableSheet("methods", "Methods", [column[1] for column in shown], rows, NOTE, in_overview=True)],
+            sheets=[sheet("methods", "Methods", COLUMNS, comparison.methods, note=NOTE)],
             failures=list(comparison.failures),
             objects_are_shown=False,
             truth_is_shown=comparison.truth_is_known,

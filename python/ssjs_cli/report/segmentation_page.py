@@ -3,16 +3,15 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ssjs_cli.report.contact_page import MAX_ROWS, ContactPage, TableSheet, render_contacts
+from ssjs_cli.report.contact_page import MAX_ROWS, ContactPage, render_contacts
 from ssjs_cli.report.number_text import count_text
-from ssjs_cli.report.tables import Cell, Row, number_cell, text_cell
+from ssjs_cli.report.sheet import Sheet, SheetColumn, sheet
 from ssjs_cli.segmentation.contact_sheet import SheetEntry
 
 if TYPE_CHECKING:
     from ssjs_cli.segmentation.result_files import Segmented
 
-#: key, heading, decimals (None for text), factor
-COLUMNS: tuple[tuple[str, str, int | None, float], ...] = (
+COLUMNS: tuple[SheetColumn, ...] = (
     ("image", "image", None, 1.0),
     ("width_px", "width [px]", 0, 1.0),
     ("height_px", "height [px]", 0, 1.0),
@@ -57,17 +56,10 @@ def segmentation_page(segmented: "Segmented", document: Mapping[str, Any], entri
     )
 
 
-def _table(summaries: Sequence[Mapping[str, Any]]) -> TableSheet:
+def _table(summaries: Sequence[Mapping[str, Any]]) -> Sheet:
     rows = [_with_words(summary) for summary in summaries[:MAX_ROWS]]
-    shown = [column for column in COLUMNS if any(row.get(column[0]) is not None for row in rows)]
-    made = []
-    for row in rows:
-        cells: list[Cell] = []
-        for key, _, decimals, factor in shown:
-            cells.append(text_cell(row.get(key)) if decimals is None else number_cell(row.get(key), decimals, factor))
-        made.append(Row(cells, refused=row["reason"] is not None))
     note = f"The first {MAX_ROWS} of {len(summaries)} images; segmentation.json holds all." if len(summaries) > MAX_ROWS else ""
-    return TableSheet("images", "Images", [column[1] for column in shown], made, note)
+    return sheet("images", "Images", COLUMNS, rows, note=note, in_overview=False)
 
 
 def _with_words(summary: Mapping[str, Any]) -> dict[str, Any]:

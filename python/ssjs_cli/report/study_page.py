@@ -5,24 +5,9 @@ from dataclasses import dataclass, field
 
 from ssjs_cli.report.map_figure import Layer
 from ssjs_cli.report.page_parts import Plot, render
-from ssjs_cli.report.tables import Cell, Row, number_cell, text_cell
-
-#: key, heading, decimals (None for text), factor
-SheetColumn = tuple[str, str, int | None, float]
+from ssjs_cli.report.sheet import Sheet
 
 GATE_NOTE = "Association by gates cuts off the tail of the distribution, so that the mean of a good filter lies a few per cent below 1."
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """swatch: the first column shows the colour of its row."""
-
-    id: str
-    heading: str
-    columns: list[str]
-    rows: list[Row]
-    note: str = ""
-    swatch: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,26 +27,6 @@ class StudyPage:
     subtitle: str = ""
     failures: list[tuple[str, str]] = field(default_factory=list)
     layers: list[Layer] = field(default_factory=list)
-
-
-def sheet(
-    sheet_id: str,
-    heading: str,
-    columns: Sequence[SheetColumn],
-    rows: Sequence[dict[str, object]],
-    *,
-    colours: Sequence[str] = (),
-    note: str = "",
-) -> Sheet:
-    """Columns in which no row has a value are left out."""
-    shown = [column for column in columns if any(row.get(column[0]) is not None for row in rows)]
-    made = []
-    for position, row in enumerate(rows):
-        cells: list[Cell] = []
-        for key, _, decimals, factor in shown:
-            cells.append(text_cell(row.get(key)) if decimals is None else number_cell(row.get(key), decimals, factor))
-        made.append(Row(cells, colour=colours[position] if colours else "", refused=bool(row.get("reason"))))
-    return Sheet(sheet_id, heading, [column[1] for column in shown], made, note, bool(colours))
 
 
 def seeds_text(seeds: Sequence[int]) -> str:

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.figure_style import Figure, Trace
 from ssjs_cli.report.page_parts import Plot
-from ssjs_cli.report.study_page import Section, SheetColumn, StudyPage, render_study, seeds_text, sheet
+from ssjs_cli.report.sheet import SheetColumn, sheet
+from ssjs_cli.report.study_page import Section, StudyPage, render_study, seeds_text
 from ssjs_cli.report.submap_colours import PALETTE
 
 if TYPE_CHECKING:

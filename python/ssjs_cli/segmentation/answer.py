@@ -1,9 +1,8 @@
 """What a finished segmentation says on the terminal."""
 
-from ssjs_cli.exit_codes import DONE, PARTLY_DONE
+from ssjs_cli.finished import Finished, note_losses
 from ssjs_cli.segmentation import comparison as compared
 from ssjs_cli.segmentation.result_files import OBJECTS_FILE, PAGE_FILE, REGIONS_FILE
-from ssjs_cli.segmentation.run import FinishedSegmentation
 from ssjs_cli.session import Session
 from ssjs_cli.studies.tables import Column, terminal_table
 
@@ -24,9 +23,8 @@ COMPARISON_COLUMNS: tuple[Column, ...] = (
 )
 
 
-def answer_segmentation(finished: FinishedSegmentation, session: Session) -> int:
-    for name, reason in finished.failures:
-        session.message(f"lost: {reason}" if name in reason else f"lost: {name}: {reason}")
+def answer_segmentation(finished: Finished, session: Session) -> int:
+    code = note_losses(finished.failures, session)
     totals = finished.document["totals"]
     lines = [f"{totals['images']} images, {totals['regions']} regions, {totals['objects']} objects ({finished.document['method']})"]
     if finished.document["method"] == "improved-otsu":
@@ -38,15 +36,14 @@ def answer_segmentation(finished: FinishedSegmentation, session: Session) -> int
     names = [name for name in (REGIONS_FILE, OBJECTS_FILE, PAGE_FILE) if (finished.directory / name).is_file()]
     lines += [f"{name.split('.')[0]:<11} {finished.directory / name}" for name in names]
     session.answer({"directory": str(finished.directory), **finished.document}, "\n".join(lines))
-    return PARTLY_DONE if finished.failures else DONE
+    return code
 
 
 def answer_comparison(comparison: compared.MethodComparison, session: Session) -> int:
-    for name, reason in comparison.failures:
-        session.message(f"lost: {reason}" if name in reason else f"lost: {name}: {reason}")
+    code = note_losses(comparison.failures, session)
     rows = comparison.methods
     names = [name for name in (compared.COMPARISON_FILE, compared.PAGE_FILE) if name != compared.PAGE_FILE or comparison.has_page]
     lines = [f"{name.split('.')[0]:<11} {comparison.directory / name}" for name in names]
     title = f"{comparison.title}: {rows[0]['images']} images"
     session.answer(comparison.document, terminal_table(title, COMPARISON_COLUMNS, rows) + "\n\n" + "\n".join(lines))
-    return PARTLY_DONE if comparison.failures else DONE
+    return code

@@ -1,22 +1,21 @@
 """The command `segment-compare`: five methods over many images, one row a method."""
 
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ssjs_cli.config import Settings
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.atomic import new_directory
+from ssjs_cli.formats.atomic import holds_only, new_directory
 from ssjs_cli.segmentation.contact_sheet import SheetEntry, shown_positions
-from ssjs_cli.segmentation.image_list import ListedImage, listed_images
+from ssjs_cli.segmentation.image_jobs import each_image
+from ssjs_cli.segmentation.image_list import ListedImage, listed_images, title_of
 from ssjs_cli.segmentation.one_comparison import METHODS, ComparisonTask, compare_on_image
-from ssjs_cli.segmentation.run import carried_out, title_of
 from ssjs_cli.segmentation.settings import SettingsRequest, resolve_segmentation
 from ssjs_cli.segmentation.truth import TruthSource
 from ssjs_cli.session import Session
-from ssjs_cli.studies.executor import Job
 from ssjs_cli.studies.tables import csv_text, json_text
 
 KIND = "segmentation comparison"
@@ -86,23 +85,17 @@ def compare_methods(request: ComparisonRequest, session: Session) -> MethodCompa
         raise UserError(f"{request.valid_mask}: No such file or directory; check the path of --mask")
     out = request.out or Path("runs") / f"{title_of(request.images)}-segment-comparison"
     session.fault_log = out.with_name(out.name + ".fault.jsonl")
-    with new_directory(out, force=request.force, why_not_ours=_why_not_ours, kind=KIND) as partial:
-        outcomes = carried_out(compare_on_image, _jobs(images, settings, request), request.jobs, "comparing methods")
-        records = {image.name: outcomes[image.stem].record for image in images}
-        failures = [(image.name, outcomes[image.stem].reason) for image in images if outcomes[image.stem].record is None]
-        for image in images:
-            if outcomes[image.stem].fault:
-                session.log("fault", level="error", image=image.name, traceback=outcomes[image.stem].fault)
-        used = {name: record for name, record in records.items() if record is not None}
-        if not used:
-            raise UserError("\n".join(reason for _, reason in failures[:20]))
+    with new_directory(out, force=request.force, why_not_ours=holds_only(FILES, (COMPARISON_FILE, IMAGES_FILE)), kind=KIND) as partial:
+        task_of = _tasks(len(images), settings, request)
+        results = each_image(compare_on_image, images, task_of, request.jobs, "comparing methods", session)
+        used = results.records
         comparison = MethodComparison(
             out,
             title_of(request.images),
             settings,
             [method_row(method, list(used.values())) for method in METHODS],
             [row for record in used.values() for row in record["rows"]],
-            failures,
+            results.failures,
             request.truth.is_known,
         )
         (partial / COMPARISON_FILE).write_text(json_text(comparison.document), encoding="utf-8")
@@ -167,18 +160,16 @@ def _mean(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
     return _rounded(statistics.fmean(values)) if values else None
 
 
-def _jobs(images: Sequence[ListedImage], settings: Settings, request: ComparisonRequest) -> list[Job]:
-    shown = set(shown_positions(len(images), MAX_IMAGES_SHOWN)) if request.with_report else set()
+def _tasks(images: int, settings: Settings, request: ComparisonRequest) -> Callable[[int, ListedImage], ComparisonTask]:
+    shown = set(shown_positions(images, MAX_IMAGES_SHOWN)) if request.with_report else set()
     valid_mask = None if request.valid_mask is None else str(request.valid_mask)
-    return [
-        Job(
-            image.stem,
-            ComparisonTask(
-                str(image.path), image.name, dict(settings.values), request.truth, valid_mask, request.repeats, position in shown
-            ),
+
+    def task_of(position: int, image: ListedImage) -> ComparisonTask:
+        return ComparisonTask(
+            str(image.path), image.name, dict(settings.values), request.truth, valid_mask, request.repeats, position in shown
         )
-        for position, image in enumerate(images)
-    ]  # fmt: skip
+
+    return task_of
 
 
 def _entry(name: str, record: Mapping[str, Any]) -> SheetEntry:
@@ -191,10 +182,3 @@ def _entry(name: str, record: Mapping[str, Any]) -> SheetEntry:
 
 def _each(rows: Sequence[Mapping[str, Any]], key: str) -> str:
     return ", ".join(f"{row['method']} {row[key]}" for row in rows)
-
-
-def _why_not_ours(directory: Path) -> str | None:
-    if not (directory / COMPARISON_FILE).is_file() or not (directory / IMAGES_FILE).is_file():
-        return f"it holds no {COMPARISON_FILE} beside {IMAGES_FILE}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in FILES)
-    return f"it also holds {foreign[0]}" if foreign else None

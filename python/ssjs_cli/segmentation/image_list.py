@@ -73,6 +73,15 @@ def shortest_unique_ends(paths: Sequence[Path]) -> list[str]:
     return ["/".join(part for part in paths[index].parts[-depth[index] :] if part != os.sep) for index in range(len(paths))]
 
 
+def title_of(arguments: Sequence[str]) -> str:
+    """The name of the first folder or image, as far as it is a name."""
+    first = Path(arguments[0])
+    while any(character in first.name for character in _PATTERN_CHARACTERS):
+        first = first.parent
+    first = Path(os.path.abspath(first))
+    return (first.name if first.is_dir() else first.stem) or "images"
+
+
 def _stem(name: str, *, keep_suffix: bool) -> str:
     text = name if keep_suffix else str(Path(name).with_suffix(""))
     return text.replace("/", "--")

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
-from ssjs_cli.config import Scalar, Settings
+from ssjs_cli.config import Scalar, Settings, part
 from ssjs_cli.formats.image_levels import LevelImage, Mask
 from ssjs_cli.segmentation.contact_sheet import THUMBNAIL_PX, Thumbnail, jpeg_bytes
 from ssjs_cli.segmentation.picture_input import MaskSource, read_picture
 from ssjs_cli.segmentation.pictures import Drawing, Pixels, panels, picture_with_truth
-from ssjs_cli.segmentation.settings import CHAIN_PREFIX, SEGMENTATION, part
+from ssjs_cli.segmentation.settings import CHAIN_PREFIX, SEGMENTATION
 from ssjs_cli.segmentation.truth import Truth, TruthSource, truth_for
 
 IMPROVED_OTSU, OTSU, LOCAL, ITERATIVE, MAX_ENTROPY = METHODS = ("improved-otsu", "otsu", "local", "iterative", "max-entropy")

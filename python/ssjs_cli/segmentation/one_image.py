@@ -1,6 +1,5 @@
 """The work on one image, in whatever process: read, segmented, its pictures written, its numbers returned as plain data."""
 
-import hashlib
 import math
 import time
 from collections.abc import Mapping
@@ -9,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from ssjs_cli import _core
-from ssjs_cli.config import Scalar, Settings
+from ssjs_cli.config import Scalar, Settings, part
 from ssjs_cli.errors import UserError
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.image_file import write_png
 from ssjs_cli.formats.image_levels import LevelImage, Mask
 from ssjs_cli.segmentation.contact_sheet import thumbnails
+from ssjs_cli.segmentation.ground_settings import nadir_column_in
 from ssjs_cli.segmentation.picture_input import MaskSource, read_picture
 from ssjs_cli.segmentation.pictures import Drawing, Point, overlay
 from ssjs_cli.segmentation.settings import (
@@ -25,9 +26,8 @@ from ssjs_cli.segmentation.settings import (
     SEGMENTATION,
     SHADOW_OBJECTS,
     SHADOW_PREFIX,
-    part,
 )
-from ssjs_cli.segmentation.world_scale import WorldScale, nadir_column, world_scale
+from ssjs_cli.segmentation.world_scale import WorldScale, world_scale
 
 MASKS, OVERLAYS, STEPS = "masks", "overlays", "intermediates"
 NO_THRESHOLD = "its valid pixels have fewer than two levels"
@@ -93,7 +93,7 @@ def _summary(
     return {
         "image": task.name,
         "files": task.stem,
-        "sha256": _digest(path),
+        "sha256": file_digest(path),
         "width_px": image.width_px,
         "height_px": image.height_px,
         "bits": image.bits,
@@ -112,11 +112,6 @@ def _summary(
         "foreground_fraction": round(foreground / valid_pixels, 6) if valid_pixels else 0.0,
         "reason": reason,
     }
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _rounded(value: Any) -> float | None:
@@ -174,9 +169,9 @@ def _object_rows(image: str, objects: Mapping[str, Any], scale: WorldScale | Non
 
 def _shadow_rows(image: str, picture: LevelImage, settings: Settings, scale: WorldScale | None, path: Path) -> list[dict[str, Any]]:
     """Highlights with a shadow behind them; their area and box are the highlight's."""
-    column = nadir_column(settings, picture.width_px)
-    if column is None or column > picture.width_px:
-        raise UserError(f"{path}: has {picture.width_px} columns, and --nadir {column} lies outside; give another column")
+    column = nadir_column_in(settings.values, picture.width_px, str(path))
+    if column is None:
+        raise UserError(f"{path}: objects from shadows need --nadir")
     found = _core.highlight_shadow(picture.levels, column, picture.valid, part(settings.values, SHADOW_PREFIX))
     rows = []
     for index, entry in enumerate(found["objects"]):

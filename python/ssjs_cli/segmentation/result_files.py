@@ -7,6 +7,7 @@ from typing import Any
 
 from ssjs_cli import _core
 from ssjs_cli.config import Settings
+from ssjs_cli.formats.atomic import holds_only
 from ssjs_cli.segmentation.contact_sheet import SheetEntry, contact_sheet
 from ssjs_cli.segmentation.one_image import MASKS, OVERLAYS, STEPS
 from ssjs_cli.studies.study_folder import key_of
@@ -51,11 +52,7 @@ class Segmented:
     time_total_s: float
 
 
-def why_not_a_segmentation(directory: Path) -> str | None:
-    if not (directory / SUMMARY_FILE).is_file():
-        return f"it holds no {SUMMARY_FILE}"
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in FILES)
-    return f"it also holds {foreign[0]}" if foreign else None
+why_not_a_segmentation = holds_only(FILES, (SUMMARY_FILE,))
 
 
 def write_results(directory: Path, segmented: Segmented, *, with_report: bool) -> dict[str, Any]:

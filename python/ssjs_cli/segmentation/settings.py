@@ -6,21 +6,18 @@ from pathlib import Path
 
 from ssjs_cli import _core
 from ssjs_cli.config import (
-    DEFAULT_SEED,
     FieldDescription,
     Layer,
     Scalar,
     Settings,
     SettingsKind,
-    checked_seed,
     described_by_core,
     field_descriptions,
-    layer_from_assignments,
-    layer_from_file,
     layer_from_flag,
-    resolve,
+    resolve_request,
 )
 from ssjs_cli.errors import UserError, nearest_hint
+from ssjs_cli.segmentation.ground_settings import GROUND_FIELDS, NADIR_KEY, NO_NADIR, ground_layers, ground_violations
 
 CHAIN_PREFIX = "segmentation."
 SHADOW_PREFIX = "shadows."
@@ -29,15 +26,10 @@ OBJECTS_KEY = "objects.kind"
 PAGE_KEY = "image.page"
 INVALID_VALUE_KEY = "image.invalid_value"
 PADDING_LEVEL_KEY = "image.padding_level"
-PIXEL_ALONG_KEY = "image.pixel_along_m"
-PIXEL_ACROSS_KEY = "image.pixel_across_m"
-NADIR_KEY = "image.nadir"
-NADIR_COLUMN_KEY = "image.nadir_column"
 ALTITUDE_KEY = "objects.altitude_m"
 RANGES_KEY = "objects.ranges"
 
 REGION_OBJECTS, SHADOW_OBJECTS = "regions", "shadows"
-NO_NADIR, LEFT, MIDDLE, RIGHT, COLUMN = "none", "left", "middle", "right", "column"
 DEFAULT_PRESET = "auto"
 #: What the presets of the paper are about: an explicit preset sets these in any case.
 _PAPER_KEYS = (
@@ -54,13 +46,7 @@ _IMAGE_FIELDS = (
         PADDING_LEVEL_KEY, "optional_int", None, (), "must lie in [0, 65535]",
         "pixels of at most this level that are joined to the border of the picture are padding, and invalid",
     ),
-    FieldDescription(PIXEL_ALONG_KEY, "optional_float", None, (), "must be positive", "height of a pixel on the seabed, along the track"),
-    FieldDescription(PIXEL_ACROSS_KEY, "optional_float", None, (), "must be positive", "width of a pixel on the seabed, across the track"),
-    FieldDescription(NADIR_KEY, "choice", NO_NADIR, (NO_NADIR, LEFT, MIDDLE, RIGHT, COLUMN), "", "where the sonar passed"),
-    FieldDescription(
-        NADIR_COLUMN_KEY, "optional_int", None, (), "must not be negative",
-        "first column to starboard of the sonar's path, where nadir is 'column'",
-    ),
+    *GROUND_FIELDS,
     FieldDescription(
         OBJECTS_KEY, "choice", REGION_OBJECTS, (REGION_OBJECTS, SHADOW_OBJECTS), "",
         "regions near each other, or highlights with a shadow behind them",
@@ -78,26 +64,17 @@ def _fields() -> Iterator[FieldDescription]:
     yield from _IMAGE_FIELDS
 
 
-def part(values: Mapping[str, Scalar], prefix: str) -> dict[str, Scalar]:
-    """The settings of one table, without its name."""
-    return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}
-
-
 def _violations(values: Mapping[str, Scalar]) -> list[str]:
     described_by_us = {described.key for described in _IMAGE_FIELDS}
     found: list[str] = _core.validate_segmentation({key: value for key, value in values.items() if key not in described_by_us})
-    for key, low, high in ((PAGE_KEY, 1, None), (INVALID_VALUE_KEY, 0, 65535), (PADDING_LEVEL_KEY, 0, 65535), (NADIR_COLUMN_KEY, 0, None)):
+    for key, low, high in ((PAGE_KEY, 1, None), (INVALID_VALUE_KEY, 0, 65535), (PADDING_LEVEL_KEY, 0, 65535)):
         value = values[key]
         if value is not None and (int(value) < low or (high is not None and int(value) > high)):
             found.append(f"{key} = {value}: {field_descriptions(SEGMENTATION)[key].rule}")
-    for key in (PIXEL_ALONG_KEY, PIXEL_ACROSS_KEY, ALTITUDE_KEY):
-        value = values[key]
-        if value is not None and not 0.0 < float(value) < float("inf"):
-            found.append(f"{key} = {value}: {field_descriptions(SEGMENTATION)[key].rule}")
-    if (values[PIXEL_ALONG_KEY] is None) != (values[PIXEL_ACROSS_KEY] is None):
-        found.append(f"{PIXEL_ALONG_KEY} and {PIXEL_ACROSS_KEY}: are given together or not at all")
-    if (values[NADIR_KEY] == COLUMN) != (values[NADIR_COLUMN_KEY] is not None):
-        found.append(f"{NADIR_COLUMN_KEY}: is given exactly where {NADIR_KEY} is '{COLUMN}'")
+    altitude_m = values[ALTITUDE_KEY]
+    if altitude_m is not None and not 0.0 < float(altitude_m) < float("inf"):
+        found.append(f"{ALTITUDE_KEY} = {altitude_m}: {field_descriptions(SEGMENTATION)[ALTITUDE_KEY].rule}")
+    found += ground_violations(values)
     if values[OBJECTS_KEY] == SHADOW_OBJECTS and values[NADIR_KEY] == NO_NADIR:
         found.append(f"{NADIR_KEY}: objects from shadows need it; give --nadir left, middle, right or a column")
     return found
@@ -125,27 +102,20 @@ class SettingsRequest:
 
 def resolve_segmentation(request: SettingsRequest) -> tuple[Settings, int]:
     """defaults < --config < --preset < --set < the other flags; the seed: default < file < --seed."""
-    layers: list[Layer] = []
-    file_seed = None
-    if request.config_path is not None:
-        layer, file_seed = layer_from_file(request.config_path, SEGMENTATION)
-        layers.append(layer)
-    if request.preset is not None:
-        layers.append(preset_layer(request.preset))
-    layers.append(layer_from_assignments(request.assignments, SEGMENTATION))
-    layers.append(layer_from_flag("--method", METHOD_KEY, request.method, SEGMENTATION))
-    layers.append(layer_from_flag("--objects", OBJECTS_KEY, request.objects, SEGMENTATION))
-    layers.append(_nadir_layer(request.nadir))
-    layers.append(_pixel_size_layer(request.pixel_size))
+    flags = [
+        layer_from_flag("--method", METHOD_KEY, request.method, SEGMENTATION),
+        layer_from_flag("--objects", OBJECTS_KEY, request.objects, SEGMENTATION),
+        *ground_layers(request.nadir, request.pixel_size),
+    ]
     for flag, key, value in (
         ("--invalid-value", INVALID_VALUE_KEY, request.invalid_value),
         ("--padding", PADDING_LEVEL_KEY, request.padding_level),
         ("--altitude-m", ALTITUDE_KEY, request.altitude_m),
     ):
         if value is not None:
-            layers.append(Layer(flag, {key: value}))
-    seed = request.seed if request.seed is not None else file_seed
-    return resolve(layers, SEGMENTATION), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+            flags.append(Layer(flag, {key: value}))
+    presets = [] if request.preset is None else [preset_layer(request.preset)]
+    return resolve_request(SEGMENTATION, request.config_path, request.assignments, request.seed, presets=presets, flags=flags)
 
 
 def preset_layer(name: str) -> Layer:
@@ -156,24 +126,3 @@ def preset_layer(name: str) -> Layer:
     values = _core.segmentation_preset(name)
     default = _core.segmentation_preset(DEFAULT_PRESET)
     return Layer(f"--preset {name}", {key: value for key, value in values.items() if value != default[key] or key in _PAPER_KEYS})
-
-
-def _nadir_layer(text: str | None) -> Layer:
-    if text is None:
-        return Layer("--nadir", {})
-    if text in (NO_NADIR, LEFT, MIDDLE, RIGHT):
-        return Layer("--nadir", {NADIR_KEY: text, NADIR_COLUMN_KEY: None})
-    try:
-        return Layer("--nadir", {NADIR_KEY: COLUMN, NADIR_COLUMN_KEY: int(text)})
-    except ValueError as error:
-        raise UserError(f"--nadir {text}: must be left, middle, right, none or a column, counted from 0") from error
-
-
-def _pixel_size_layer(text: str | None) -> Layer:
-    if text is None:
-        return Layer("--pixel-size-m", {})
-    try:
-        along_m, across_m = (float(number) for number in text.split(","))
-    except ValueError as error:
-        raise UserError(f"--pixel-size-m {text}: must be two numbers ALONG,ACROSS, for example 0.05,0.02") from error
-    return Layer("--pixel-size-m", {PIXEL_ALONG_KEY: along_m, PIXEL_ACROSS_KEY: across_m})

@@ -8,7 +8,7 @@ pixel has its centre at (0, 0) px, half a pixel inside the edges.
 from dataclasses import dataclass
 
 from ssjs_cli.config import Settings
-from ssjs_cli.segmentation.settings import LEFT, MIDDLE, NADIR_COLUMN_KEY, NADIR_KEY, NO_NADIR, PIXEL_ACROSS_KEY, PIXEL_ALONG_KEY, RIGHT
+from ssjs_cli.segmentation.ground_settings import PIXEL_ACROSS_KEY, PIXEL_ALONG_KEY, nadir_column
 
 
 @dataclass(frozen=True)
@@ -27,17 +27,8 @@ class WorldScale:
         return area_px * self.pixel_along_m * self.pixel_across_m
 
 
-def nadir_column(settings: Settings, width_px: int) -> int | None:
-    """The first column to starboard, 0 to width; None: not given."""
-    places = {NO_NADIR: None, LEFT: 0, MIDDLE: (width_px + 1) // 2, RIGHT: width_px}
-    place = str(settings.values[NADIR_KEY])
-    if place in places:
-        return places[place]
-    return int(settings.values[NADIR_COLUMN_KEY] or 0)
-
-
 def world_scale(settings: Settings, width_px: int) -> WorldScale | None:
     along_m, across_m = settings.values[PIXEL_ALONG_KEY], settings.values[PIXEL_ACROSS_KEY]
     if along_m is None or across_m is None:
         return None
-    return WorldScale(float(along_m), float(across_m), nadir_column(settings, width_px) or 0)
+    return WorldScale(float(along_m), float(across_m), nadir_column(settings.values, width_px) or 0)

@@ -138,6 +138,76 @@ TEST(CascadeDetectorTest, TheOtherSideIsTheMirroredPicture) {
   EXPECT_EQ(mirror_model.size(), model.size());
 }
 
+/// Boxes, scores and contours in an order that does not depend on the side.
+std::set<std::tuple<int, int, int, int, double, int, double>> described(const std::vector<Detection>& detections, int mirrored_in = 0) {
+  std::set<std::tuple<int, int, int, int, double, int, double>> result;
+  for (const Detection& d : detections)
+    result.emplace(mirrored_in > 0 ? mirrored_in - d.box.x - d.box.width : d.box.x, d.box.y, d.box.width, d.box.height, d.score,
+                   d.neighbours, d.contour ? d.contour->score : -1);
+  return result;
+}
+
+/// What the contours of `count` echoes with shadows look like.
+ContourReference contours_of_objects(int count, Rng& rng) {
+  std::vector<ContourSpectrum> spectra;
+  for (int i = 0; i < count; ++i) {
+    cv::Mat window = speckle({36, 36}, rng, 40);
+    draw_object(window, {0, 0, 36, 36}, rng);
+    if (const auto signature = echo_signature({window, {}}, {0, 0, 36, 36})) spectra.push_back(signature->spectrum);
+  }
+  return learn_contours(spectra);
+}
+
+TEST(CascadeDetectorTest, GroupsAndContoursOfTheOtherSideAreMirroredToTheLastPixel) {
+  Rng rng(21);
+  HaarCascade cascade = random_cascade({12, 12}, FeatureSet::kSideScanBasic, 1, 1, rng);
+  cascade.contour = contours_of_objects(30, rng);
+  const cv::Mat image = speckle({173, 160}, rng);
+  cv::Mat flipped;
+  cv::flip(image, flipped, 1);
+  CascadeDetectorConfig config;
+  config.similarity = 0.05;
+  config.min_neighbours = 1;
+  config.verify = DetectionVerifier::kContour;
+  config.min_contour_score = 0.03;
+  const auto starboard = CascadeDetector(cascade, config).detect({image, {}});
+  config.side = CascadeSide::kMirrored;
+  const auto port = CascadeDetector(cascade, config).detect({flipped, {}});
+  EXPECT_GT(starboard.size(), 2U);
+  EXPECT_EQ(described(port), described(starboard, 173));
+}
+
+TEST(CascadeDetectorTest, C24_BoxesUnlikeTheKnownContoursAreDropped) {
+  Rng rng(21);
+  HaarCascade cascade = random_cascade({12, 12}, FeatureSet::kSideScanBasic, 1, 1, rng);
+  const cv::Mat image = speckle({52, 44}, rng);
+  CascadeDetectorConfig config;
+  config.min_neighbours = 0;
+  const auto all = CascadeDetector(cascade, config).detect({image, {}});
+  ASSERT_GT(all.size(), 20U);
+  for (const Detection& d : all) EXPECT_FALSE(d.contour);
+
+  config.verify = DetectionVerifier::kContour;
+  EXPECT_THROW(CascadeDetector(cascade, config), InvalidArgument);  // it knows no contour
+  cascade.contour = contours_of_objects(40, rng);
+  config.min_contour_score = 0;
+  const auto looked_at = CascadeDetector(cascade, config).detect({image, {}});
+  ASSERT_EQ(looked_at.size(), all.size());
+  std::size_t expected = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(looked_at[i].box, all[i].box);
+    const auto signature = echo_signature({image, {}}, all[i].box);
+    ASSERT_TRUE(signature && looked_at[i].contour);
+    const double distance = contour_distance(signature->spectrum, *cascade.contour);
+    EXPECT_EQ(looked_at[i].contour->distance, distance);
+    EXPECT_EQ(looked_at[i].contour->score, contour_score(distance, *cascade.contour));
+    expected += looked_at[i].contour->score >= 0.3 ? 1 : 0;
+  }
+  config.min_contour_score = 0.3;
+  EXPECT_EQ(CascadeDetector(cascade, config).detect({image, {}}).size(), expected);
+  EXPECT_LT(expected, all.size());
+}
+
 TEST(CascadeDetectorTest, WindowsOnInvalidPixelsAreNotLookedAt) {
   Rng rng(13);
   const HaarCascade cascade = random_cascade({12, 12}, FeatureSet::kBasic, 1, 1, rng);

@@ -19,6 +19,10 @@ HaarCascade sample_cascade() {
                         {{"seed", "7"}, {"positives", "0123456789abcdef"}},
                         {{2, 0.995, 0.25, 0.99, 0.5, 1000, 123456.0}},
                         "the plan is fulfilled"};
+  std::vector<ContourSpectrum> spectra(5);
+  for (ContourSpectrum& spectrum : spectra)
+    for (double& harmonic : spectrum) harmonic = rng.uniform(0, 0.3);
+  cascade.contour = learn_contours(spectra);
   return cascade;
 }
 
@@ -39,11 +43,27 @@ TEST_F(CascadeFileTest, OwnFormComesBackWhole) {
   EXPECT_FALSE(std::filesystem::exists(path("model.json.part")));
 }
 
-TEST_F(CascadeFileTest, OpenCvFormComesBackBitForBitButForProvenance) {
+TEST_F(CascadeFileTest, OpenCvFormComesBackBitForBitButForProvenanceAndContour) {
   HaarCascade cascade = sample_cascade();
   save_cascade(cascade, path("model.xml"));
   cascade.provenance = {};
+  cascade.contour.reset();
   EXPECT_TRUE(load_cascade(path("model.xml")) == cascade);
+}
+
+TEST_F(CascadeFileTest, ContoursThatContradictThemselvesAreRefused) {
+  const std::string good = to_json(sample_cascade());
+  const auto read_with = [&](const std::string& from, const std::string& to) {
+    std::string changed = good;
+    changed.replace(changed.find(from, changed.find("\"contour\"")), from.size(), to);
+    return from_json(changed, "model.json");
+  };
+  EXPECT_THROW((void)read_with("\"mean\": [", "\"mean\": [0.5,"), FileError);              // 17 harmonics
+  EXPECT_THROW((void)read_with("\"deviation\"", "\"deviations\""), FileError);             // none
+  EXPECT_THROW((void)read_with("\"distances\": [", "\"distances\": [1e300,"), FileError);  // not rising
+  HaarCascade without = sample_cascade();
+  without.contour.reset();
+  EXPECT_TRUE(from_json(to_json(without), "model.json") == without);
 }
 
 TEST_F(CascadeFileTest, AnotherVersionIsRefusedByName) {
@@ -75,7 +95,8 @@ void expect_read_or_refused(const std::string& content, const std::function<Haar
 
 TEST_F(CascadeFileTest, DamagedFilesAreRefusedAtEveryByte) {
   Rng rng(2);
-  const HaarCascade cascade = random_cascade({8, 8}, FeatureSet::kBasic, 1, 2, rng);
+  HaarCascade cascade = random_cascade({8, 8}, FeatureSet::kBasic, 1, 2, rng);
+  cascade.contour = learn_contours({{0.1}, {0.2}, {0.4}});
   const auto json = [](const std::string& text) { return from_json(text, "model.json"); };
   const auto xml = [](const std::string& text) { return from_opencv_xml(text, "model.xml"); };
   expect_read_or_refused(to_json(cascade), json, 7);

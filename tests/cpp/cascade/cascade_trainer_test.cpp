@@ -162,7 +162,7 @@ TEST(CascadeTrainerTest, C16_AStageIsThatOfTextbookAdaBoost) {
     }
     CascadeTrainerConfig config = sample_config();
     config.boost = type;
-    config.max_asymmetry = 1;
+    config.rejecting_features = 0;
     config.max_shift = 0;
     config.negatives_per_layer = 50;
     const HaarCascade cascade = train_cascade(data, {{1, 1e-9, 4}}, config, 1);
@@ -257,6 +257,40 @@ TEST(CascadeTrainerTest, EqualObjectsAndPicturesThatCannotBeReadDoNoHarm) {
   HaarCascade nothing;
   nothing.window = kWindow;
   EXPECT_EQ(mine_negatives(nothing, images, 50, 1.25, Rng(1), "test", 1).images_missing, 1U);
+}
+
+TEST(CascadeTrainerTest, C21_FewStumpsRejectMoreThanBoostingDoesAtTheSameDetectionRate) {
+  const CascadeTrainingData data = sample_data();
+  const TrainingPlan plan = {{0.97, 1e-3, 2}};
+  CascadeTrainerConfig config = sample_config();
+  config.feature_set = FeatureSet::kSideScanBasic;
+  const LayerRecord rejecting = train_cascade(data, plan, config, 2).provenance.layers.at(0);
+  config.rejecting_features = 0;
+  const LayerRecord boosted = train_cascade(data, plan, config, 2).provenance.layers.at(0);
+  EXPECT_GE(rejecting.detection_rate, 0.97);
+  EXPECT_GE(boosted.detection_rate, 0.97);
+  EXPECT_LT(rejecting.false_positive_rate, boosted.false_positive_rate);
+}
+
+TEST(CascadeTrainerTest, IdenticalObjectsAreLearntAndFound) {
+  CascadeTrainingData data{WindowSet(kWindow), WindowSet(kWindow), WindowSet(kWindow), WindowSet(kWindow), seafloors(4), "test"};
+  const WindowSet one = objects(1, 3);
+  for (int i = 0; i < 40; ++i) data.positives.add(one[0]);
+  for (const int rejecting_features : {0, 8}) {
+    CascadeTrainerConfig config = sample_config();
+    config.rejecting_features = rejecting_features;
+    const HaarCascade cascade = train_cascade(data, {{1, 0.01, 2}, {1, 1e-4, 3}}, config, 2);
+    EXPECT_GE(cascade.stages.size(), 1U);
+    EXPECT_EQ(judge_window(cascade, IntegralImage(one[0]), {0, 0}).stages_passed, static_cast<int>(cascade.stages.size()));
+  }
+}
+
+TEST(CascadeTrainerTest, OfTheWindowsGivenNoMoreThanWantedTrainALayer) {
+  CascadeTrainingData data = sample_data();
+  data.negatives = data.validation_negatives;
+  CascadeTrainerConfig config = sample_config();
+  config.negatives_per_layer = 333;
+  EXPECT_EQ(train_cascade(data, {{0.98, 0.4, 3}}, config, 2).provenance.layers.at(0).negatives, 333);
 }
 
 TEST(CascadeTrainerTest, PicturesWithoutFurtherFalseAlarmsEndTheTraining) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "cascade/speckle.hpp"
 #include "ssjs/base/error.hpp"
 
 namespace ssjs {
@@ -22,7 +21,7 @@ cv::Mat ellipse(double long_axis, double short_axis, double angle_deg) {
 
 double apart(const ContourSignature& a, const ContourSignature& b) {
   double most = 0;
-  for (std::size_t h = 0; h < ContourSignature::kHarmonics; ++h) most = std::max(most, std::abs(a.spectrum[h] - b.spectrum[h]));
+  for (std::size_t h = 0; h < kContourHarmonics; ++h) most = std::max(most, std::abs(a.spectrum[h] - b.spectrum[h]));
   return most;
 }
 
@@ -65,27 +64,58 @@ TEST(ContourSignatureTest, OnlyTheLargestRegionCounts) {
   EXPECT_THROW((void)contour_signature(cv::Mat()), InvalidArgument);
 }
 
-TEST(ContourSignatureTest, AModelKnowsItsKindFromOthers) {
-  Rng rng(4);
-  std::vector<ContourSignature> objects;
-  for (int i = 0; i < 40; ++i) {
-    const double size = rng.uniform(50, 90);
-    objects.push_back(*contour_signature(ellipse(size, size * rng.uniform(0.45, 0.55), rng.uniform(0, 180))));
-  }
-  const SignatureModel model = learn_signature({objects.begin(), objects.begin() + 30});
-  for (std::size_t i = 30; i < 40; ++i) EXPECT_LT(unlikeness(objects[i], model), 2);
-  EXPECT_GT(unlikeness(*contour_signature(ellipse(80, 76, 10)), model), 3);
-  EXPECT_THROW((void)learn_signature({objects[0]}), InvalidArgument);
+TEST(ContourSignatureTest, C20_AMirroredObjectHasTheSameSpectrum) {
+  cv::Mat mask = ellipse(60, 30, 25);
+  mask(cv::Rect(118, 60, 30, 40)).setTo(255);  // a bulge on one side: no symmetry left
+  cv::Mat flipped;
+  cv::flip(mask, flipped, 1);
+  EXPECT_LT(apart(*contour_signature(mask), *contour_signature(flipped)), 0.005);
 }
 
-TEST(ContourSignatureTest, TheHighlightOfAnObjectIsItsEcho) {
-  Rng rng(2);
-  cv::Mat picture(60, 60, CV_8U, cv::Scalar(60));
-  cv::circle(picture, {30, 30}, 12, cv::Scalar(200), cv::FILLED);
-  const cv::Mat mask = highlight_mask(picture);
-  EXPECT_EQ(mask.at<unsigned char>(30, 30), 255);
-  EXPECT_EQ(mask.at<unsigned char>(5, 5), 0);
-  EXPECT_NEAR(cv::countNonZero(mask), CV_PI * 12 * 12, 40);
+/// Seabed of one level, a bright disc, and its shadow to the right.
+cv::Mat disc_with_shadow(int side, unsigned char seabed = 60) {
+  cv::Mat picture(side, side, CV_8U, cv::Scalar(seabed));
+  const int radius = side / 5;
+  cv::rectangle(picture, cv::Rect(side / 2, side / 2 - radius, side / 2 - 2, 2 * radius), cv::Scalar(5), cv::FILLED);
+  cv::circle(picture, {side / 2 - side / 10, side / 2}, radius, cv::Scalar(200), cv::FILLED);
+  return picture;
+}
+
+TEST(ContourSignatureTest, C21_TheEchoIsTheBrighterOfTwoClasses) {
+  const auto mask = echo_mask({disc_with_shadow(60), {}}, {0, 0, 60, 60});
+  ASSERT_TRUE(mask);
+  EXPECT_EQ(mask->size(), cv::Size(kEchoSide, kEchoSide));
+  const double scale = kEchoSide / 60.0;
+  EXPECT_EQ(mask->at<unsigned char>(cvRound(30 * scale), cvRound(24 * scale)), 255);
+  EXPECT_EQ(mask->at<unsigned char>(cvRound(5 * scale), cvRound(5 * scale)), 0);    // seabed
+  EXPECT_EQ(mask->at<unsigned char>(cvRound(30 * scale), cvRound(50 * scale)), 0);  // shadow
+  EXPECT_NEAR(cv::countNonZero(*mask) / (scale * scale), CV_PI * 12 * 12, 0.1 * CV_PI * 12 * 12);
+}
+
+TEST(ContourSignatureTest, C21_TheSizeOfTheBoxDoesNotMatter) {
+  const auto large = echo_signature({disc_with_shadow(200), {}}, {0, 0, 200, 200});
+  const auto small = echo_signature({disc_with_shadow(40), {}}, {0, 0, 40, 40});
+  ASSERT_TRUE(large && small);
+  EXPECT_LT(apart(*large, *small), 0.03);
+}
+
+TEST(ContourSignatureTest, C21_InvalidPixelsAreNoEcho) {
+  cv::Mat picture = disc_with_shadow(60);
+  picture(cv::Rect(0, 0, 60, 10)).setTo(255);  // such as a burnt-in text
+  cv::Mat valid(60, 60, CV_8U, cv::Scalar(255));
+  valid(cv::Rect(0, 0, 60, 10)).setTo(0);
+  const auto mask = echo_mask({picture, valid}, {0, 0, 60, 60});
+  ASSERT_TRUE(mask);
+  EXPECT_EQ(cv::countNonZero(mask->rowRange(0, 10)), 0);
+  EXPECT_GT(mask->at<unsigned char>(32, 26), 0);
+}
+
+TEST(ContourSignatureTest, NothingToSeeIsNoEcho) {
+  const cv::Mat flat(30, 30, CV_8U, cv::Scalar(60));
+  EXPECT_FALSE(echo_signature({flat, {}}, {2, 2, 20, 20}));
+  EXPECT_THROW((void)echo_mask({flat, {}}, {20, 2, 20, 20}), InvalidArgument);
+  EXPECT_THROW((void)echo_mask({flat, {}}, {2, 2, 0, 5}), InvalidArgument);
+  EXPECT_THROW((void)echo_mask({cv::Mat(9, 9, CV_16U, cv::Scalar(3)), {}}, {0, 0, 9, 9}), InvalidArgument);
 }
 
 }  // namespace

@@ -41,8 +41,7 @@ TEST(WindowSetTest, SplitsKeepRecordingsTogether) {
   std::vector<int> recordings;
   for (int i = 0; i < 100; ++i) recordings.push_back(i / 7);
   const SampleSplit split = split_by_recording(recordings, 0.3, Rng(1));
-  EXPECT_GE(split.validation.size(), 30U);
-  EXPECT_LE(split.validation.size(), 36U);
+  EXPECT_EQ(split.validation.size(), 30U);  // four recordings of 7 and the last, of 2
   EXPECT_EQ(split.validation.size() + split.training.size(), 100U);
   std::set<int> held;
   for (const std::size_t i : split.validation) held.insert(recordings[i]);
@@ -50,6 +49,20 @@ TEST(WindowSetTest, SplitsKeepRecordingsTogether) {
   EXPECT_NE(split_by_recording(recordings, 0.3, Rng(2)).validation, split.validation);
   EXPECT_TRUE(split_by_recording(std::vector<int>(9, 4), 0.3, Rng(1)).validation.empty());
   EXPECT_THROW((void)split_by_recording(recordings, 1.0, Rng(1)), InvalidArgument);
+}
+
+TEST(WindowSetTest, HoldsBackAsNearToTheFractionAsRecordingsAllow) {
+  std::vector<int> recordings(60, 0);  // one recording larger than all that is wanted, and forty of one window
+  for (int i = 0; i < 40; ++i) recordings.push_back(1 + i);
+  const std::vector<int> two_kinds = {1, 1, 1, 1, 1, 1, 1, 2, 2, 2};
+  for (int seed = 1; seed <= 20; ++seed) {
+    EXPECT_EQ(split_by_recording(recordings, 0.2, Rng(seed)).validation.size(), 20U);
+    EXPECT_EQ(split_by_recording(recordings, 0.0, Rng(seed)).validation.size(), 0U);
+    EXPECT_EQ(split_by_recording(two_kinds, 0.4, Rng(seed)).validation.size(), 3U);
+    EXPECT_EQ(split_by_recording(two_kinds, 0.5, Rng(seed)).validation.size(), 3U);  // 7 is as far; the training keeps more
+    EXPECT_EQ(split_by_recording(two_kinds, 0.9, Rng(seed)).validation.size(), 7U);  // never all
+  }
+  EXPECT_EQ(split_by_recording(recordings, 0.2, Rng(5)).validation, split_by_recording(recordings, 0.2, Rng(5)).validation);
 }
 
 TEST(AugmentationTest, CopiesResembleTheirOriginalAndKeepTheDirectionOfTheShadow) {

@@ -25,7 +25,7 @@ false_positive_rate = 0.02
 max_features = 10
 """
 SMALL = (
-    "window.width_px=12", "window.height_px=12", "training.feature_set=side_scan", "training.max_asymmetry=1",
+    "window.width_px=12", "window.height_px=12", "training.feature_set=side_scan", "training.rejecting_features=0",
     "training.negatives_per_layer=300", "validation.windows=2000", "augmentation.copies=2",
 )  # fmt: skip
 

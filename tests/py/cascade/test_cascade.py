@@ -102,7 +102,7 @@ def test_a_stage_is_that_of_a_textbook_adaboost(kind: str) -> None:
     for k in range(50):
         picture = speckle(rng, side, side)
         negatives.add(np.ascontiguousarray(with_object(picture, rng)[:, ::-1]) if k % 2 else picture)
-    config = {"feature_set": "side_scan", "boost": kind, "negatives_per_layer": 50, "max_asymmetry": 1.0, "max_shift": 0.0}
+    config = {"feature_set": "side_scan", "boost": kind, "negatives_per_layer": 50, "rejecting_features": 0, "max_shift": 0.0}
     cascade = _core.train_cascade(positives, negatives=negatives, plan=[(1.0, 1e-9, 4, 1.0)], config=config)
 
     both = _core.WindowSet(side, side)

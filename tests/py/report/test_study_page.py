@@ -1,6 +1,7 @@
 from ssjs_cli.report.comparison_figures import MethodCurves, cumulative_time, errors, maps, nees, nis, nis_per_dof, time_split
 from ssjs_cli.report.method_colours import method_colours
-from ssjs_cli.report.study_page import seeds_text, sheet
+from ssjs_cli.report.sheet import sheet
+from ssjs_cli.report.study_page import seeds_text
 from ssjs_cli.report.submap_colours import PALETTE
 
 

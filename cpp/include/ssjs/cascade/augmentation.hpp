@@ -28,7 +28,8 @@ struct AugmentationConfig {
 };
 
 /// The windows, then their copies in the same order, each with the recording of its original. Rows are pings. Copies depend on `rng`
-/// and on the window's place in the set alone.
+/// and on the window's place in the set alone. For windows whose pictures are gone: where they are there, copies are better cut from
+/// them anew, since what is done here blurs and adds noise that windows without object do not have.
 [[nodiscard]] WindowSet augmented(const WindowSet& windows, const AugmentationConfig& config, const Rng& rng);
 
 }  // namespace ssjs

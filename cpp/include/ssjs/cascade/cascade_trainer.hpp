@@ -20,7 +20,8 @@ struct CascadeTrainerConfig {
   std::optional<int> negatives_per_layer;
   double mining_scale_factor = 1.25;
   double min_improvement = 0.02;
-  double max_asymmetry = 4096;
+  int rejecting_features = 8;
+  double max_asymmetry = 1;
   double max_shift = 3.0;
   int memory_mb = 1024;
   int seed = 1;
@@ -40,8 +41,10 @@ struct CascadeTrainerConfig {
             "between the scales at which false alarms are looked for");
     v.field("min_improvement", min_improvement, Rule::open(0, 1),
             "a layer that lowers the false positive rate by a lesser part ends the training");
+    v.field("rejecting_features", rejecting_features, Rule::not_negative(),
+            "a layer of at most so many features that boosting leaves short of its target is tried with stumps that each reject the most");
     v.field("max_asymmetry", max_asymmetry, Rule::at_least(1),
-            "a layer of few features that misses its target is tried again with objects that weigh up to so much");
+            "a layer of at most eight features that still misses it is boosted anew with objects that weigh 8, 64, ... up to so much");
     v.field("max_shift", max_shift, Rule::closed(0, 10),
             "deviations of the objects' feature values by which the stumps of a layer may be moved towards accepting");
     v.field("memory_mb", memory_mb, Rule::at_least(1),

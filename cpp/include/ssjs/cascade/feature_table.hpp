@@ -36,12 +36,26 @@ class FeatureTable {
   };
   [[nodiscard]] const Bin* bins(std::size_t index, Scratch& scratch) const;
 
+  /// Whether the row's bins are at hand.
+  [[nodiscard]] bool keeps(std::size_t index) const { return index < kept_rows_; }
+  [[nodiscard]] bool keeps_all() const { return kept_rows_ == features_.size(); }
+  /// Some of the samples, in that order, and the bins of row `index` for them alone: a look at a row that is not kept.
+  [[nodiscard]] WindowSums select(const std::vector<std::uint32_t>& samples) const { return sums_.select(samples); }
+  [[nodiscard]] const Bin* bins_of(const WindowSums& selected, std::size_t index, Scratch& scratch) const;
+
  private:
-  void form_bins(std::size_t index, std::vector<float>& row, Bin* bins) const;
+  /// Where the bins of a row begin, and how many of them there are to a unit.
+  struct Binning {
+    float lowest = 0;
+    float per_value = 0;
+  };
+  [[nodiscard]] static Binning binning_of(const std::vector<float>& row);
+  static void form_bins(const std::vector<float>& row, Binning binning, Bin* bins);
 
   const std::vector<HaarFeature>& features_;
   std::size_t positives_ = 0;
   WindowSums sums_;
+  std::vector<Binning> binnings_;  ///< by feature
   std::vector<Bin> kept_;
   std::size_t kept_rows_ = 0;
 };

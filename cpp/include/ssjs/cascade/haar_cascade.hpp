@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "ssjs/cascade/contour_reference.hpp"
 #include "ssjs/cascade/haar_feature.hpp"
 
 namespace ssjs {
@@ -69,8 +71,10 @@ struct HaarCascade {
   std::vector<HaarFeature> features;
   std::vector<CascadeStage> stages;
   Provenance provenance;
+  std::optional<ContourReference> contour;  ///< of the objects trained on, to verify detections with
   friend bool operator==(const HaarCascade& a, const HaarCascade& b) {
-    return a.window == b.window && a.features == b.features && a.stages == b.stages && a.provenance == b.provenance;
+    return a.window == b.window && a.features == b.features && a.stages == b.stages && a.provenance == b.provenance &&
+           a.contour == b.contour;
   }
 };
 

@@ -42,9 +42,9 @@ struct SampleSplit {
   std::vector<std::size_t> validation;
 };
 
-/// Whole recordings are drawn for validation until they hold at least `validation_fraction` of the samples; the last recording
-/// always trains. Windows of one recording resemble each other: a split among them would flatter. With a single recording
-/// nothing is left for validation.
+/// Whole recordings are drawn for validation, of all choices one that holds as nearly `validation_fraction` of the samples as can
+/// be, of two equally near the smaller; at least one recording trains. Windows of one recording resemble each other: a split among
+/// them would flatter. With a single recording nothing is left for validation.
 [[nodiscard]] SampleSplit split_by_recording(const std::vector<int>& recordings, double validation_fraction, const Rng& rng);
 
 }  // namespace ssjs

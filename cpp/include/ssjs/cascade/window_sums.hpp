@@ -20,11 +20,16 @@ class WindowSums {
   /// Whether no cascade passes the window, since it has no normalisation.
   [[nodiscard]] bool is_flat(std::size_t window) const { return norms_[window] == 0; }
 
+  /// Those windows, in that order.
+  [[nodiscard]] WindowSums select(const std::vector<std::uint32_t>& windows) const;
+
   /// The feature on each window as the detector would compute it, size() numbers; 0 on flat ones.
   void values(const HaarFeature& feature, float* values) const;
 
  private:
-  int stride_;
+  WindowSums() = default;
+
+  int stride_ = 0;
   std::vector<float> norms_;
   std::vector<std::uint32_t> sums_;  ///< by corner, then by window: what is added alike lies side by side
   std::vector<std::uint32_t> diagonals_;
