@@ -125,3 +125,29 @@ def csv_(
     files = find_log_files(path, {"odometry": odometry, "observations": observations, "fixes": fixes, "landmarks": landmarks})
     columns = parse_mappings(mappings)
     return _import(session, out, path_name(chosen_name), force, lambda: read_csv_log(files, columns, name=chosen_name, delimiter=separator))
+
+
+def _import_sonar_log(session: Session, kind: str, source: str, force: bool, out: str | None) -> int:
+    from ssjs_cli.mission_run import path_name
+    from ssjs_cli.sonar.import_log import import_sonar_log
+
+    directory = Path(out) if out is not None else Path("missions") / path_name(Path(source).stem)
+    return import_sonar_log(Path(source), kind, directory, session, force=force)
+
+
+@import_.command()
+@click.argument("source", metavar="SRC", type=click.Path())
+@common_options(out_help=OUT_HELP)
+@click.pass_obj
+def xtf(session: Session, source: str, seed: int | None, force: bool, out: str | None) -> int:
+    """A side-scan survey: the XTF log SRC, its pings kept, its navigation as tables."""
+    return _import_sonar_log(session, "xtf", source, force, out)
+
+
+@import_.command()
+@click.argument("source", metavar="SRC", type=click.Path())
+@common_options(out_help=OUT_HELP)
+@click.pass_obj
+def jsf(session: Session, source: str, seed: int | None, force: bool, out: str | None) -> int:
+    """A side-scan survey: the JSF log SRC, its pings kept, its navigation as tables."""
+    return _import_sonar_log(session, "jsf", source, force, out)

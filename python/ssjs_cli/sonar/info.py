@@ -39,8 +39,8 @@ def describe(path: Path, layback: str = "auto") -> dict[str, Any]:
     sound_m_s: Counter[float] = Counter()
     records = dict.fromkeys(RECORDS, 0)
     for block in blocks(log):
-        times = block["pings"]["time_s"]
-        first_s, last_s = min(first_s, np.nanmin(times, initial=np.inf)), max(last_s, np.nanmax(times, initial=-np.inf))
+        known_s = block["pings"]["time_s"][np.isfinite(block["pings"]["time_s"])]
+        first_s, last_s = min(first_s, known_s.min(initial=np.inf)), max(last_s, known_s.max(initial=-np.inf))
         for speed_m_s, channels in zip(block["pings"]["sound_speed_m_s"].tolist(), block["channels"], strict=True):
             sound_m_s[round(speed_m_s, 3)] += 1
             for channel in channels:

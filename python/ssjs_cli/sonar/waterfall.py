@@ -135,20 +135,22 @@ def _of_frequency(channels: list[dict[str, Any]], frequency_hz: float) -> list[d
     return [channel for channel in channels if channel["frequency_hz"] == frequency_hz]
 
 
-def _on_grid(channel: dict[str, Any], sound_speed_m_s: float, survey: Survey) -> NDArray[np.float32]:
-    """The sample at the middle of each pixel; pixels before the first and behind the last hold nothing. Where no slant range is known,
+def _on_grid(channel: dict[str, Any], sound_speed_m_s: float, survey: Survey) -> NDArray[np.float64]:
+    """The mean echo over each pixel; pixels before the first sample and behind the last hold nothing. Where no slant range is known,
     samples are pixels."""
-    samples: NDArray[np.float32] = channel["samples"]
+    samples = channel["samples"].astype(np.float64)
     per_sample_m = channel["sample_interval_s"] * sound_speed_m_s / 2.0
     if per_sample_m == 0.0 or survey.range_m == 0.0:
         return np.pad(samples, (0, survey.width_px - len(samples)))
-    slant_m = (np.arange(survey.width_px) + 0.5) * (survey.range_m / survey.width_px)
-    index = np.floor((slant_m - channel["first_sample_s"] * sound_speed_m_s / 2.0) / per_sample_m).astype(np.int64)
-    inside = (index >= 0) & (index < len(samples))
-    return np.where(inside, samples[np.clip(index, 0, len(samples) - 1)], np.float32(0.0))
+    edges_m = np.arange(survey.width_px + 1) * (survey.range_m / survey.width_px)
+    edges = np.clip(edges_m / per_sample_m - channel["first_sample_s"] / channel["sample_interval_s"], 0.0, len(samples))
+    total = np.interp(edges, np.arange(len(samples) + 1), np.concatenate([[0.0], np.cumsum(samples)]))
+    covered = np.diff(edges)
+    mean: NDArray[np.float64] = np.divide(np.diff(total), covered, out=np.zeros(survey.width_px), where=covered > 1e-6)
+    return mean
 
 
-def _grey(strength: NDArray[np.float32], levels: tuple[float, float], scale: str) -> NDArray[np.uint8]:
+def _grey(strength: NDArray[np.float64], levels: tuple[float, float], scale: str) -> NDArray[np.uint8]:
     dark, bright = levels
     if scale == "log":
         share = np.log2((strength + 1.0) / (dark + 1.0)) / np.log2((bright + 1.0) / (dark + 1.0))

@@ -8,6 +8,7 @@ from typing import Any
 import jsf_files as jsf
 import numpy as np
 import pytest
+import pyxtf
 import xtf_files as xtf
 from PIL import Image
 
@@ -57,6 +58,21 @@ def test_losses_are_said_with_their_place_and_in_the_exit_code(cli: Callable[...
     (problem,) = document["problems"]
     assert problem["data_lost"] and problem["count"] == 1
     assert problem["first_offset"] == 1024 + 11 * (256 + 2 * (64 + 80))
+
+
+def test_a_log_without_times_has_no_duration(cli: Callable[..., Any], tmp_path: Path) -> None:
+    log = xtf.write(tmp_path / "a.xtf", xtf.file_header(), *(xtf.ping(number, Year=0, Month=0, Day=0) for number in range(3)))
+    answer = cli("sonar", "info", log, "--json")
+    document = json.loads(answer.out)
+    assert answer.code == 0 and document["duration_s"] is None and document["pings"] == 3
+    assert [problem["what"] for problem in document["problems"]] == ["a ping without a valid time"]
+
+
+def test_records_without_a_ping_between_them(cli: Callable[..., Any], tmp_path: Path) -> None:
+    many = [xtf.small_packet(pyxtf.XTFHeaderGyro, Gyro=10.0)] * 3
+    log = xtf.write(tmp_path / "a.xtf", xtf.file_header(), *many, xtf.ping(0), *many)
+    document = json.loads(cli("sonar", "info", log, "--json").out)
+    assert document["pings"] == 1 and document["navigation_records"]["attitudes"] == 6
 
 
 def test_a_log_without_pings_is_refused(cli: Callable[..., Any], tmp_path: Path) -> None:
