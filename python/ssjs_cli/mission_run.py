@@ -141,7 +141,7 @@ def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[
     observed = {"observations.csv": mission.observations, "scans.npz": mission.scans, "sonar_hits.csv": mission.sonar_hits}
     present = [name for name, records in observed.items() if records is not None]
     if len(present) > 1:
-        raise UserError(f"{directory}: holds both {' and '.join(present)}, which would be used twice; keep one of them")
+        raise UserError(f"{directory}: holds both {' and '.join(present[:2])}, which would be used twice; remove one of them")
     log = _core.MissionLog()
     try:
         _add_odometry(log, mission.odometry)

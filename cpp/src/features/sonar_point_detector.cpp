@@ -49,7 +49,7 @@ std::vector<int> objects_of(const Hits& hits, const SonarPointConfig& config, in
         object[j] = count;
         open.push_back(j);
       };
-      for (std::size_t j = i; j-- > 0 && hits[i].x() - hits[j].x() <= config.link_range_m;) visit(j);
+      for (std::size_t j = i; j > 0 && hits[i].x() - hits[j - 1].x() <= config.link_range_m; --j) visit(j - 1);
       for (std::size_t j = i + 1; j < hits.size() && hits[j].x() - hits[i].x() <= config.link_range_m; ++j) visit(j);
     }
     ++count;
