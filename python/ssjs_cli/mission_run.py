@@ -5,7 +5,7 @@ import os
 import resource
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from ssjs_cli.config import (
     layer_from_tables,
     resolve,
 )
+from ssjs_cli.contact_files import write_contacts
 from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import Evaluation, evaluate
 from ssjs_cli.formats.atomic import check_replaceable, new_directory
@@ -49,6 +50,7 @@ from ssjs_cli.formats.run_directory import (
 from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
+from ssjs_cli.sonar.contacts import Sighting, body_points, contacts_on_map, sightings_in
 from ssjs_cli.underwater_log import build_navigation_log, rotation_drive
 
 RUN_KIND = "run directory"
@@ -222,6 +224,12 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     check_replaceable(out, force=request.force, why_not_ours=why_not_a_run, kind=RUN_KIND)
     lost: list[str] = []
     warnings: list[str] = []
+    sightings: list[Sighting] = []
+    if mission.sonar_logs and mission.points is None:
+        with working("looking for contacts in the sonar logs"):
+            sightings = sightings_in(mission.sonar_logs, lost)
+        mission = replace(mission, points=body_points(sightings))
+        stopwatch.lap("detect")
     log = build_log(mission, settings, directory, lost)
     if not mission.has_observations:
         warnings.append("the mission holds no observations: the answer is dead reckoning")
@@ -242,6 +250,9 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         estimate = estimate_of(result)
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)
+            if mission.navigation is not None:
+                contacts = contacts_on_map(estimate, sightings)
+                write_contacts(partial, mission.name, estimate.final.pose[:, :2], contacts, mission.geodetic)
             evaluation = evaluate(estimate, mission.reference)
             evaluation.write(partial)
         lost += evaluation.lost

@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ssjs_cli import _core
 from ssjs_cli.config import Layer
 from ssjs_cli.errors import UserError
@@ -44,10 +42,7 @@ def build_navigation_log(mission: Mission, directory: Path, lost: list[str]) -> 
             used = (points.time_s >= attitude.time_s[0]) & (points.time_s <= attitude.time_s[-1])
             if not used.all():
                 lost.append(f"{int((~used).sum())} of {len(used)} observations lie outside the time of {IMU_FILE} and were not used")
-            covariance = None
-            if points.sigma_m is not None:
-                covariance = np.zeros((int(used.sum()), 6))
-                covariance[:, [0, 3, 5]] = points.sigma_m[used] ** 2
+            covariance = None if points.covariance_m2 is None else points.covariance_m2[used]
             ids = None if points.landmark_id is None else points.landmark_id[used].tolist()
             log.add_sightings(points.time_s[used], points.position_m[used], covariance, ids)
     except ValueError as error:

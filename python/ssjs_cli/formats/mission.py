@@ -4,7 +4,7 @@ import difflib
 import hashlib
 import math
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -40,6 +40,8 @@ MISSION_FILE = "mission.toml"
 ODOMETRY_FILE = "odometry.csv"
 OBSERVATIONS_FILE = "observations.csv"
 SCANS_FILE = "scans.npz"
+PINGS_FOLDER = "pings"
+SONAR_LOG_SUFFIXES = (".xtf", ".jsf")
 SONAR_HITS_FILE = "sonar_hits.csv"
 TRUTH_FILE = "truth_trajectory.tum"
 FIXES_FILE = "reference_fixes.csv"
@@ -66,7 +68,7 @@ ODOMETRY_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 POLAR_COLUMNS = ("range_m", "bearing_rad")
 CARTESIAN_COLUMNS = ("x_m", "y_m")
 POINT_COLUMNS = ("x_m", "y_m", "z_m")
-POINT_SIGMA_COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m")
+POINT_COVARIANCE_COLUMNS = ("var_xx_m2", "cov_xy_m2", "cov_xz_m2", "var_yy_m2", "cov_yz_m2", "var_zz_m2")
 COVARIANCE_COLUMNS = ("var_range_m2", "cov_range_bearing", "var_bearing_rad2")
 SCAN_ARRAYS = ("time_s", "range_m", "first_angle_rad", "step_rad")
 MAX_SCANS_BYTES = 4 * 1024**3
@@ -153,12 +155,12 @@ class Observations:
 @dataclass(frozen=True)
 class BodyPoints:
     """Points seen by an underwater vehicle: time_s (n,); position_m (n, 3), body frame (forward, starboard, down); landmark_id as in
-    Observations; sigma_m (n, 3) where the source gives it."""
+    Observations; covariance_m2 (n, 6) upper triangles where the source gives them."""
 
     time_s: FloatArray
     position_m: FloatArray
     landmark_id: IntArray | None = None
-    sigma_m: FloatArray | None = None
+    covariance_m2: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -225,6 +227,7 @@ class Mission:
     scans: Scans | None = None
     sonar_hits: SonarHits | None = None
     points: BodyPoints | None = None
+    sonar_logs: Sequence[Path] = ()
     navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
@@ -233,7 +236,9 @@ class Mission:
 
     @property
     def has_observations(self) -> bool:
-        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points))
+        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points)) or bool(
+            self.sonar_logs
+        )
 
     @property
     def time_s(self) -> FloatArray:
@@ -261,11 +266,10 @@ why_not_a_mission = holds_only(MISSION_FILES, (MISSION_FILE,))
 def input_digests(directory: Path) -> dict[str, str]:
     """sha256 of every file of the mission that exists, by its name."""
     digests = {}
-    for name in MISSION_FILES:
-        path = directory / name
-        if path.is_file():
-            with path.open("rb") as file:
-                digests[name] = hashlib.file_digest(file, "sha256").hexdigest()
+    paths = [directory / name for name in MISSION_FILES if (directory / name).is_file()]
+    for path in [*paths, *sonar_logs_in(directory)]:
+        with path.open("rb") as file:
+            digests[path.relative_to(directory).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
     return digests
 
 
@@ -286,12 +290,19 @@ def read_mission(path: Path) -> Mission:
         points=None if has_odometry else _read_points(directory / OBSERVATIONS_FILE),
         scans=_read_scans(directory / SCANS_FILE),
         sonar_hits=_read_sonar_hits(directory / SONAR_HITS_FILE),
+        sonar_logs=() if has_odometry else sonar_logs_in(directory),
         navigation=navigation,
         settings=document.settings,
         reference=read_reference(directory, document.reference),
         geodetic=document.geodetic,
         import_record=document.import_record,
     )
+
+
+def sonar_logs_in(directory: Path) -> list[Path]:
+    """In the order of their names."""
+    folder = directory / PINGS_FOLDER
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in SONAR_LOG_SUFFIXES) if folder.is_dir() else []
 
 
 def read_mission_document(path: Path) -> MissionDocument:
@@ -392,16 +403,20 @@ def _read_observations(path: Path) -> Observations | None:
 def _read_points(path: Path) -> BodyPoints | None:
     if not path.is_file():
         return None
-    has_sigma = any(name in read_header(path) for name in POINT_SIGMA_COLUMNS)
-    sigma_columns = POINT_SIGMA_COLUMNS if has_sigma else ()
-    table = read_table(path, required=("time_s", *POINT_COLUMNS, *sigma_columns), optional=("landmark_id",), may_be_empty=("landmark_id",))
+    has_covariance = any(name in read_header(path) for name in POINT_COVARIANCE_COLUMNS)
+    covariance_columns = POINT_COVARIANCE_COLUMNS if has_covariance else ()
+    table = read_table(
+        path, required=("time_s", *POINT_COLUMNS, *covariance_columns), optional=("landmark_id",), may_be_empty=("landmark_id",)
+    )
     if table.rows == 0:
         return None
     require_times_in_order(table)
-    for name in sigma_columns:
-        require_positive(table, name)
-    sigma_m = table.stacked(POINT_SIGMA_COLUMNS) if has_sigma else None
-    return BodyPoints(table["time_s"], table.stacked(POINT_COLUMNS), landmark_ids(table), sigma_m)
+    covariance_m2 = table.stacked(POINT_COVARIANCE_COLUMNS) if has_covariance else None
+    if covariance_m2 is not None:
+        indefinite = np.linalg.eigvalsh(covariance_m2[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3))[:, 0] <= 0.0
+        if indefinite.any():
+            raise UserError(f"{table.where(int(np.argmax(indefinite)))}: the covariance of the point is not positive definite; correct it")
+    return BodyPoints(table["time_s"], table.stacked(POINT_COLUMNS), landmark_ids(table), covariance_m2)
 
 
 def _require_definite_covariance(table: NumberTable) -> None:
@@ -556,10 +571,10 @@ def _write_points(path: Path, points: BodyPoints) -> None:
     names = ["time_s", *POINT_COLUMNS]
     columns: list[FloatArray | IntArray] = [points.time_s, *points.position_m.T]
     formats = [EXACT] * 4
-    if points.sigma_m is not None:
-        names += POINT_SIGMA_COLUMNS
-        columns += list(points.sigma_m.T)
-        formats += [EXACT] * 3
+    if points.covariance_m2 is not None:
+        names += POINT_COVARIANCE_COLUMNS
+        columns += list(points.covariance_m2.T)
+        formats += [EXACT] * 6
     if points.landmark_id is not None:
         names.append("landmark_id")
         columns.append(_shown_ids(points.landmark_id))

@@ -49,6 +49,10 @@ ERRORS_FILE = "errors.csv"
 ONLINE_ERRORS_FILE = "errors_online.csv"
 REFERENCE_FILE = "reference.csv"
 NEES_FILE = "nees.csv"
+CONTACTS_FILE = "contacts.csv"
+CONTACTS_GEOJSON_FILE = "contacts.geojson"
+CONTACTS_KML_FILE = "contacts.kml"
+CONTACTS_GPKG_FILE = "contacts.gpkg"
 RUN_FILES = (
     SUMMARY_FILE,
     CONFIG_FILE,
@@ -73,6 +77,10 @@ RUN_FILES = (
     ONLINE_ERRORS_FILE,
     REFERENCE_FILE,
     NEES_FILE,
+    CONTACTS_FILE,
+    CONTACTS_GEOJSON_FILE,
+    CONTACTS_KML_FILE,
+    CONTACTS_GPKG_FILE,
 )
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"

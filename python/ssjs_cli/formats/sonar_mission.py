@@ -15,14 +15,13 @@ import numpy as np
 import tomli_w
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.mission import MISSION_FILE, MISSION_FILES, Geodetic, ImportRecord
+from ssjs_cli.formats.mission import MISSION_FILE, MISSION_FILES, PINGS_FOLDER, Geodetic, ImportRecord
 from ssjs_cli.formats.navigation import NAVIGATION_FILES, Attitude, BottomVelocity, Scalars, UnderwaterNavigation, write_navigation
 from ssjs_cli.formats.number_table import EXACT, TEXT, WHOLE, FloatArray, write_table
 from ssjs_cli.formats.tum import wrapped_angle
 from ssjs_cli.sonar.info import describe_problem
 from ssjs_cli.sonar.log_blocks import blocks, open_log
 
-PINGS_FOLDER = "pings"
 PING_TABLE = "navigation.csv"
 TABLES = ("pings", "positions", "attitudes", "velocities", "depths", "altitudes")
 PING_COLUMNS = ("heading_rad", "roll_rad", "pitch_rad", "speed_m_s", "depth_m", "altitude_m")

@@ -1,22 +1,22 @@
 """The command `sonar detect`: a log's contacts as operators exchange them, by the navigation in the log itself."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ssjs_cli import _core
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.atomic import write_file
 from ssjs_cli.formats.contact_table import Contact, contact_rows, contacts_csv
 from ssjs_cli.formats.geographic import from_longitude_latitude
 from ssjs_cli.formats.mission import Geodetic
 from ssjs_cli.session import Session
+from ssjs_cli.sonar.contacts import contacts_in
 from ssjs_cli.sonar.info import describe_problem, exit_code
-from ssjs_cli.sonar.log_blocks import PINGS_PER_BLOCK, open_log
+from ssjs_cli.sonar.log_blocks import open_log
 
 
 def detect_contacts(
@@ -26,7 +26,7 @@ def detect_contacts(
     if target.exists() and not force:
         raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
     log = open_log(path, layback)
-    found = list(_found(log, config))
+    found = list(contacts_in(log, config))
     info = log.info()
     if not info["pings"]:
         raise UserError(f"{path}: holds no side-scan ping; check that it is the right file")
@@ -48,13 +48,6 @@ def detect_contacts(
         session.message(f"{len(found) - len(placed)} contacts lie at pings without position or heading and are left out")
     session.answer(document, _text(path, target, info["pings"], contacts))
     return exit_code(info["problems"])
-
-
-def _found(log: _core.SonarLog, config: Mapping[str, float | int | bool | str | None]) -> Iterator[dict[str, Any]]:
-    survey = _core.SideScanSurvey(config)
-    while (contacts := survey.feed_log(log, most_pings=PINGS_PER_BLOCK)) is not None:
-        yield from contacts
-    yield from survey.finish()
 
 
 def _has_position(navigation: Mapping[str, float]) -> bool:
