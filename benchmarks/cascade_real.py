@@ -101,6 +101,7 @@ def sdvd(folder: Path, jobs: int, folds: list[int], overrides: list[str], models
                 threads=jobs,
             )  # fmt: skip
             if kept is not None:
+                kept.parent.mkdir(parents=True, exist_ok=True)
                 cascade.save(str(kept))
         time_s = time.perf_counter() - started_s
         if detector["verify"] == "contour":

@@ -202,6 +202,9 @@ void add_survey(py::module_& module) {
            "The contacts that the next pings of the log complete; None at its end.")
       .def("finish", &finish, "The contacts of the pings still held.");
   module.def("side_scan_survey_fields", &fields_of<SideScanSurveyConfig>);
+  module.def(
+      "validate_side_scan_survey", [](const py::dict& values) { return violations(config_from<SideScanSurveyConfig>(values)); },
+      py::arg("values"), "Every violation of a flat configuration, as text; unknown keys raise ValueError.");
   module.def("seabed_fields", &fields_of<SeabedConfig>);
   module.def("survey_track_fields", &fields_of<SurveyTrackConfig>);
   module.def("side_scan_simulation_fields", &fields_of<SideScanSimulationConfig>);

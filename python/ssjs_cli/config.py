@@ -6,7 +6,7 @@ setting that is off is written "none".
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -72,12 +72,32 @@ ESTIMATOR = SettingsKind(
 )
 
 
-UNDERWATER = SettingsKind(
-    "UnderwaterSettings",
-    "split.max_landmarks=20",
-    lambda: described_by_core(_core.levelled_config_fields()),
-    lambda values: _core.validate_levelled_config(values),
-)
+# Underwater missions: the estimator's settings, and behind this prefix those of the search for contacts in sonar logs.
+SONAR_PREFIX = "sonar."
+
+
+def sonar_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The settings of the search for contacts, by their keys there."""
+    return {key.removeprefix(SONAR_PREFIX): value for key, value in values.items() if key.startswith(SONAR_PREFIX)}
+
+
+def levelled_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The settings of the estimator of an underwater mission."""
+    return {key: value for key, value in values.items() if not key.startswith(SONAR_PREFIX)}
+
+
+def _underwater_fields() -> Iterator[FieldDescription]:
+    yield from described_by_core(_core.levelled_config_fields())
+    for described in described_by_core(_core.side_scan_survey_fields()):
+        yield replace(described, key=SONAR_PREFIX + described.key)
+
+
+def _underwater_violations(values: Mapping[str, Scalar]) -> list[str]:
+    of_sonar = _core.validate_side_scan_survey(sonar_values(values))
+    return _core.validate_levelled_config(levelled_values(values)) + [SONAR_PREFIX + violation for violation in of_sonar]
+
+
+UNDERWATER = SettingsKind("UnderwaterSettings", "split.max_landmarks=20", _underwater_fields, _underwater_violations)
 
 
 @cache

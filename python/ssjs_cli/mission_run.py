@@ -27,7 +27,9 @@ from ssjs_cli.config import (
     layer_from_file,
     layer_from_flag,
     layer_from_tables,
+    levelled_values,
     resolve,
+    sonar_values,
 )
 from ssjs_cli.contact_files import write_contacts
 from ssjs_cli.errors import UserError
@@ -44,6 +46,7 @@ from ssjs_cli.formats.run_directory import (
     Estimate,
     estimate_of,
     json_text,
+    numbers_of,
     why_not_a_run,
     write_estimate,
 )
@@ -51,7 +54,7 @@ from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.contacts import Sighting, body_points, contacts_on_map, sightings_in
-from ssjs_cli.underwater_log import build_navigation_log, rotation_drive
+from ssjs_cli.underwater_log import build_navigation_log, north, rotation_drive
 
 RUN_KIND = "run directory"
 RANGE_SIGMA_KEY = "sensor.range_sigma_m"
@@ -60,6 +63,7 @@ SMOOTHING_KEY = "smoothing.enabled"
 SMOOTHING_ITERATIONS_KEY = "smoothing.max_iterations"
 # Beyond the last odometry record the motion is unknown: later observations cannot be used.
 MAX_OBSERVATION_LAG_S = 1.0
+MAX_REFUSED_FRACTION = 0.1
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,7 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
     if kind is UNDERWATER:
         refuse_planar_options(request, directory)
-        layers.insert(0, rotation_drive(mission, directory))
+        layers[:0] = [rotation_drive(mission, directory), north(mission, directory)]
     layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
     if mission.odometry is not None and all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
@@ -227,7 +231,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     sightings: list[Sighting] = []
     if mission.sonar_logs and mission.points is None:
         with working("looking for contacts in the sonar logs"):
-            sightings = sightings_in(mission.sonar_logs, lost)
+            sightings = sightings_in(mission.sonar_logs, sonar_values(settings.values), lost)
         mission = replace(mission, points=body_points(sightings))
         stopwatch.lap("detect")
     log = build_log(mission, settings, directory, lost)
@@ -244,6 +248,9 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with interruptible("estimating") as progress:
             result = run_estimator(settings.values, log, seed, progress)
         stopwatch.lap("estimate")
+        for text in refused_sensors(result):
+            warnings.append(text)
+            session.warn(f"{directory}: {text}")
         if result["counters"].get("smoothing_converged") is False:
             warnings.append(f"the smoother stopped before its minimum; raise {SMOOTHING_ITERATIONS_KEY} or try a kernel")
             session.warn(f"{directory}: {warnings[-1]}")
@@ -275,10 +282,23 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
 def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Callable[[float], bool]) -> dict[str, Any]:
     try:
         if isinstance(log, _core.NavigationLog):
-            return _core.run_levelled(dict(settings), log, progress)
+            return _core.run_levelled(levelled_values(settings), log, progress)
         return _core.run(dict(settings), log, seed, progress)
     except ValueError as error:
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error
+
+
+def refused_sensors(result: Mapping[str, Any]) -> list[str]:
+    """Sensors of an underwater vehicle that the filter hardly believes: their noise, or another's, is not what the settings say."""
+    texts = []
+    for name, sensor in result.get("sensors", {}).items():
+        total = sensor["used"] + sensor["refused"]
+        if total and sensor["refused"] > MAX_REFUSED_FRACTION * total:
+            texts.append(
+                f"{sensor['refused']} of {total} samples of {name} lie outside its gate; check its mounting and noise ({name}.*), and the "
+                "walks in motion.*"
+            )
+    return texts
 
 
 def _calibrated(settings: Settings, log: Any, seed: int, session: Session) -> Settings:
@@ -328,6 +348,9 @@ def _summary(
         "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
         "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
     }
+    if mission.navigation is not None:
+        summary["axis_names"] = ["x, ahead at the start", "y, starboard at the start"] if mission.geodetic is None else ["north", "east"]
+        summary["sensors"] = numbers_of(result["sensors"])
     summary.update(measures(result, evaluation, timing))
     summary["warnings"] = list(warnings)
     summary["lost"] = list(lost)

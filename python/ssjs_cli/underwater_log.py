@@ -6,10 +6,11 @@ from typing import Any
 from ssjs_cli import _core
 from ssjs_cli.config import Layer
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.mission import Mission
+from ssjs_cli.formats.mission import MISSION_FILE, Mission
 from ssjs_cli.formats.navigation import IMU_FILE
 
 DRIVE_KEY = "motion.drive"
+NORTH_KEY = "joining.north_offset_rad"
 
 
 def rotation_drive(mission: Mission, directory: Path) -> Layer:
@@ -17,6 +18,13 @@ def rotation_drive(mission: Mission, directory: Path) -> Layer:
     if mission.navigation is not None and mission.navigation.attitude.turn_rate_rad_s is None:
         return Layer(f"no turn rates in {directory / IMU_FILE}", {DRIVE_KEY: "rates"})
     return Layer("turn rates", {})
+
+
+def north(mission: Mission, directory: Path) -> Layer:
+    """Where the mission has a place on earth, its world is aligned to the north of its compass."""
+    if mission.geodetic is None:
+        return Layer("no origin", {})
+    return Layer(f"the origin in {directory / MISSION_FILE}", {NORTH_KEY: 0.0})
 
 
 def build_navigation_log(mission: Mission, directory: Path, lost: list[str]) -> Any:

@@ -12,6 +12,7 @@ namespace {
 
 using Layout = VehicleLayout;
 
+constexpr double kLeastVariance = 1e-12;       // of an exit: a vehicle that has not moved is where it was to a micrometre
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map does
 
 double squared(double x) { return x * x; }
@@ -283,6 +284,7 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
   for (Eigen::Index i = LevelledFilter::kVehicle; i < filter_.size(); ++i) kept.push_back(i);
   map.mean = filter_.mean()(kept);
   map.covariance = filter_.covariance()(kept, kept);
+  map.covariance.topLeftCorner<3, 3>().diagonal().array() += kLeastVariance;
   map.landmarks = std::move(landmarks_);
   landmarks_.clear();
   return map;

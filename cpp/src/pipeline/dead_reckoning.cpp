@@ -9,7 +9,7 @@ void DeadReckoning::feed(const NavigationTick& tick) {
     const double dt = tick.time_s - *time_s_;
     const Eigen::Vector3d old_rpy = pose_.rpy;
     pose_.translation.head<2>() += dt * (pose_.rotation() * velocity_m_s_).head<2>();
-    if (!first_compass_rad_) {
+    if (!compass_spoke_) {
       pose_.rpy(2) = wrap_angle(old_rpy(2) + dt * (inverse_euler_rate_matrix(old_rpy) * rates_rad_s_)(2));
     }
   }
@@ -17,8 +17,9 @@ void DeadReckoning::feed(const NavigationTick& tick) {
   if (tick.gyro_rad_s) rates_rad_s_ = *tick.gyro_rad_s;
   if (tick.roll_pitch_rad) pose_.rpy.head<2>() = *tick.roll_pitch_rad;
   if (tick.compass_rad) {
-    if (!first_compass_rad_) first_compass_rad_ = *tick.compass_rad - pose_.rpy(2);
-    pose_.rpy(2) = wrap_angle(*tick.compass_rad - *first_compass_rad_);
+    if (!compass_zero_rad_) compass_zero_rad_ = *tick.compass_rad - pose_.rpy(2);
+    pose_.rpy(2) = wrap_angle(*tick.compass_rad - *compass_zero_rad_);
+    compass_spoke_ = true;
   }
   if (tick.depth_m) pose_.translation.z() = *tick.depth_m;
   if (tick.velocity && tick.velocity->bottom_lock) {

@@ -32,7 +32,10 @@ PortJoinerConfig joining_config(const LevelledConfig& config) {
 }  // namespace
 
 LevelledPipeline::LevelledPipeline(const LevelledConfig& config)
-    : builder_(local_config(config)), joiner_(joining_config(config)), dead_reckoning_(config.local.velocity_log) {}
+    : builder_(local_config(config)),
+      joiner_(joining_config(config)),
+      dead_reckoning_(config.local.velocity_log, config.joining.north_offset_rad),
+      joining_(config.joining) {}
 
 LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
   if (finished_) throw InvalidArgument("tick", tick.time_s, "the mission is finished");
@@ -46,6 +49,7 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
     report.association_time_s = report.join->association_time_s;
     report.global_time_s = std::chrono::duration<double>(Clock::now() - begin).count() - report.association_time_s;
   }
+  if (builder_.index() == 0 && builder_.offset_known() && joining_.north_offset_rad) face_north();
   report.submap = builder_.index();
   report.update = local.update;
   report.refused = local.refused;
@@ -53,6 +57,14 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
   report.wrong_pairs = local.wrong_pairs;
   report.vehicle = global_T_vehicle();
   return report;
+}
+
+/// Until the first map is closed, base 0 heads where its compass says.
+void LevelledPipeline::face_north() {
+  constexpr Eigen::Index kStart = VehicleLayout::kStartOffset;
+  const double sigma = joining_.north_offset_sigma_rad;
+  global_T_base_.mean.heading = wrap_angle(builder_.filter().vehicle()(kStart) - *joining_.north_offset_rad);
+  global_T_base_.covariance(2, 2) = builder_.filter().vehicle_covariance()(kStart, kStart) + sigma * sigma;
 }
 
 /// The base moves x, y and heading; depth, roll and pitch are absolute in the map already.
@@ -79,7 +91,7 @@ JoinReport LevelledPipeline::finish() {
   finished_ = true;
   JoinReport report;
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) report = joiner_.take(std::move(*last));
-  joiner_.finish();
+  if (!joiner_.maps().empty()) joiner_.finish();
   return report;
 }
 

@@ -68,7 +68,7 @@ void put_bases(LevelledResult& result, const LevelledPipeline& pipeline) {
     result.submaps.push_back(map.submap);
     result.submaps.back().steps.clear();
   }
-  if (bases.size() <= kMaxJointBases) result.base_covariance = pipeline.level().covariance(bases);
+  if (!bases.empty() && bases.size() <= kMaxJointBases) result.base_covariance = pipeline.level().covariance(bases);
 }
 
 }  // namespace

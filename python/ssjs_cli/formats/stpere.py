@@ -33,6 +33,13 @@ DVL_MOUNTING_RPY_DEG = (180.0, 0.0, 60.0)
 CM_S = 0.01
 DGPS_SIGMA_M = 1.0
 
+# A gyro with a bias of half a degree a second, and a small vehicle whose velocity changes within the second between two DVL samples.
+VEHICLE_SETTINGS = {
+    "motion": {"velocity_walk_m_s_sqrt_s": 0.5},
+    "start": {"gyro_bias_sigma_rad_s": 0.02, "speed_m_s": 0.0},
+    "velocity_log": {"sigma_m_s": 0.05},
+}
+
 # WGS 84
 SEMI_MAJOR_AXIS_M = 6378137.0
 ECCENTRICITY_SQUARED = 6.69437999014e-3
@@ -59,6 +66,7 @@ def read_stpere(source: Path) -> Mission:
             ReferenceDescription(alignment="none", max_gap_s=2.0),
             fixes=Fixes(dgps[:, 0], north_east_m(latitude, longitude), np.full(len(dgps), DGPS_SIGMA_M)),
         ),
+        settings=VEHICLE_SETTINGS,
         geodetic=Geodetic(
             origin_latitude_deg=float(latitude[0]), origin_longitude_deg=float(longitude[0]), heading_deg=0.0, y_axis="right"
         ),

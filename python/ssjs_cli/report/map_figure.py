@@ -33,7 +33,8 @@ LAYER_ORDER = ("landmarks", "ellipses", "outlines", "bases", "loops", "refused",
 
 @dataclass(frozen=True)
 class MapAxes:
-    """Which world axis is drawn across and which one up. Planar missions: x across, y up; north-east-down: east (y) across, north up."""
+    """Which world axis is drawn across and which one up. Planar missions: x across, y up. Under water y lies to starboard of x: y (east)
+    across, x (north) up."""
 
     names: tuple[str, str]
     north_up: bool
@@ -44,7 +45,7 @@ class MapAxes:
         if not isinstance(names, list) or len(names) < 2:
             names = ["x", "y"]
         first, second = str(names[0]), str(names[1])
-        return MapAxes(names=(first, second), north_up=first.lower().startswith("north"))
+        return MapAxes(names=(first, second), north_up=first.lower().startswith("north") or "starboard" in second.lower())
 
     def drawn(self, points: FloatArray) -> FloatArray:
         """World points (..., 2) as (across, up)."""

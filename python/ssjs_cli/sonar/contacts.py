@@ -35,12 +35,12 @@ def contacts_in(log: _core.SonarLog, config: Mapping[str, float | int | bool | s
     yield from survey.finish()
 
 
-def sightings_in(logs: Sequence[Path], lost: list[str]) -> list[Sighting]:
+def sightings_in(logs: Sequence[Path], config: Mapping[str, float | int | bool | str | None], lost: list[str]) -> list[Sighting]:
     """In the order of time; `lost` is told of the data that could not be read."""
     found = []
     for path in logs:
         log = open_log(path)
-        found += [Sighting(path.name, contact) for contact in contacts_in(log, {})]
+        found += [Sighting(path.name, contact) for contact in contacts_in(log, config)]
         lost += [f"{path}: {describe_problem(problem)}" for problem in log.info()["problems"] if problem["data_lost"]]
     return sorted(found, key=lambda sighting: float(sighting.found["time_s"]))
 

@@ -10,11 +10,12 @@
 
 namespace ssjs {
 
-/// The last velocity, along the last attitude, integrated from the origin. The heading is the compass less its first reading, or the
-/// integral of the gyro where there is no compass; depth is the last one measured.
+/// The last velocity, along the last attitude, integrated from the origin. The heading is the compass less its first reading (or, in
+/// a world aligned to north, less the offset given), or the integral of the gyro where there is no compass; depth is the last measured.
 class DeadReckoning {
  public:
-  explicit DeadReckoning(const VelocityLogConfig& velocity_log) : velocity_log_(velocity_log) {}
+  DeadReckoning(const VelocityLogConfig& velocity_log, const std::optional<double>& north_offset_rad)
+      : velocity_log_(velocity_log), compass_zero_rad_(north_offset_rad) {}
 
   void feed(const NavigationTick& tick);
 
@@ -25,7 +26,8 @@ class DeadReckoning {
   Se3 pose_;
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();  ///< body axes
   Eigen::Vector3d rates_rad_s_ = Eigen::Vector3d::Zero();
-  std::optional<double> first_compass_rad_;
+  std::optional<double> compass_zero_rad_;  ///< the reading where the heading is 0
+  bool compass_spoke_ = false;
   std::optional<double> time_s_;
 };
 

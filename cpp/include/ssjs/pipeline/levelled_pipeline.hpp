@@ -67,9 +67,12 @@ class LevelledPipeline {
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
 
  private:
+  void face_north();
+
   LevelledBuilder builder_;
   PortJoiner joiner_;
   DeadReckoning dead_reckoning_;
+  PortJoinerConfig joining_;   ///< as given: where north is
   GaussianSe2 global_T_base_;  ///< of the map that is being built
   bool finished_ = false;
 };

@@ -1,0 +1,114 @@
+#include "ssjs/pipeline/levelled_pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "ssjs/base/error.hpp"
+#include "ssjs/pipeline/levelled_run.hpp"
+#include "ssjs/simulation/auv_survey.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr double kTrueOffset = 0.7;  // compass reading minus heading at the start of the simulated survey
+
+SimulatedSurvey survey(std::uint64_t seed) { return simulate_survey(survey_world(SurveyWorldConfig{}, seed), AuvSimulationConfig{}, seed); }
+
+LevelledConfig known_identities() {
+  LevelledConfig config;
+  config.local.association.method = AssociationMethod::kKnown;
+  return config;
+}
+
+double rmse_m(const RowMatrix& pose, const Eigen::VectorXd& time_s, const SimulatedSurvey& truth) {
+  double sum = 0.0;
+  std::size_t at = 0;
+  for (Eigen::Index i = 0; i < pose.rows(); ++i) {
+    while (truth.truth[at].time_s < time_s(i)) ++at;
+    sum += (pose.row(i).head<2>().transpose() - truth.truth[at].world_T_vehicle.translation.head<2>()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(pose.rows()));
+}
+
+TEST(DeadReckoning, AStraightLineToTheEastWithTheOffsetKnown) {
+  DeadReckoning reckoning(VelocityLogConfig{}, 0.2);
+  for (int i = 0; i <= 100; ++i) {
+    NavigationTick tick;
+    tick.time_s = 0.1 * i;
+    tick.compass_rad = 0.2 + M_PI / 2.0;
+    tick.velocity = VelocitySample{{2.0, 0.0, 0.0}, true, std::nullopt};
+    if (i > 50) tick.velocity->bottom_lock = false;  // the last velocity holds
+    tick.depth_m = 12.0;
+    reckoning.feed(tick);
+  }
+  const Se3 reached = reckoning.start_T_vehicle();
+  EXPECT_NEAR(reached.translation.x(), 0.0, 1e-9);
+  EXPECT_NEAR(reached.translation.y(), 20.0, 1e-9);
+  EXPECT_EQ(reached.translation.z(), 12.0);
+}
+
+TEST(LevelledPipeline, TiedMapsAreBetterThanTheSensorsAlone) {
+  for (const std::uint64_t seed : {3U, 4U}) {
+    const SimulatedSurvey simulated = survey(seed);
+    const LevelledResult result = run_levelled_mission(known_identities(), simulated.ticks);
+    EXPECT_GT(result.submaps.size(), 5U);
+    EXPECT_GT(result.loop_closures, 10);
+    EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.7);
+    EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.6 * rmse_m(result.dead_reckoning, result.time_s, simulated));
+    EXPECT_EQ(result.ticks, static_cast<int>(simulated.ticks.size()));
+  }
+}
+
+TEST(LevelledPipeline, OneMapForTheWholeMissionIsNeverClosed) {
+  LevelledConfig config = known_identities();
+  config.method = LevelledMethod::kOneMap;
+  const SimulatedSurvey simulated = survey(3);
+  const LevelledResult result = run_levelled_mission(config, simulated.ticks);
+  EXPECT_EQ(result.submaps.size(), 1U);
+  EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.7);
+}
+
+TEST(LevelledPipeline, AWorldAlignedToNorthIsTheSameWorldTurned) {
+  LevelledConfig config = known_identities();
+  const SimulatedSurvey simulated = survey(3);
+  const LevelledResult aligned_to_start = run_levelled_mission(config, simulated.ticks);
+  config.joining.north_offset_rad = kTrueOffset - 0.5;  // north lies so that the first line heads 0.5 rad
+  config.joining.north_offset_sigma_rad = 1e-3;
+  const LevelledResult to_north = run_levelled_mission(config, simulated.ticks);
+  EXPECT_NEAR(to_north.global_T_base[0].mean.heading, 0.5, 0.02);
+  const Eigen::Rotation2Dd turn(to_north.global_T_base[0].mean.heading);
+  const Eigen::Index last = to_north.pose.rows() - 1;
+  const Eigen::Vector2d expected = turn * aligned_to_start.pose.row(last).head<2>().transpose();
+  EXPECT_LT((to_north.pose.row(last).head<2>().transpose() - expected).norm(), 0.05);
+  const Eigen::Vector2d online = to_north.online_pose.row(20).head<2>();  // before the first map is closed
+  EXPECT_LT((online - turn * aligned_to_start.online_pose.row(20).head<2>().transpose()).norm(), 1.0);
+}
+
+TEST(LevelledPipeline, TheSameMissionGivesTheSameNumbers) {
+  const SimulatedSurvey simulated = survey(5);
+  const LevelledResult a = run_levelled_mission(LevelledConfig{}, simulated.ticks);
+  const LevelledResult b = run_levelled_mission(LevelledConfig{}, simulated.ticks);
+  EXPECT_EQ(a.pose, b.pose);
+  EXPECT_EQ(a.covariance, b.covariance);
+}
+
+TEST(LevelledPipeline, AMissionEndsOnce) {
+  LevelledPipeline pipeline{LevelledConfig{}};
+  NavigationTick tick;
+  tick.depth_m = 1.0;
+  (void)pipeline.feed(tick);
+  (void)pipeline.finish();
+  EXPECT_THROW((void)pipeline.finish(), InvalidArgument);
+  EXPECT_THROW((void)pipeline.feed(tick), InvalidArgument);
+}
+
+TEST(LevelledPipeline, AnEmptyLogIsAnEmptyAnswer) {
+  const LevelledResult result = run_levelled_mission(LevelledConfig{}, {});
+  EXPECT_EQ(result.time_s.size(), 0);
+  EXPECT_TRUE(result.submaps.empty());
+}
+
+}  // namespace
+}  // namespace ssjs

@@ -1,0 +1,135 @@
+"""Underwater missions from the command line: simulated, run, exported."""
+
+import json
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ssjs_cli.app import main
+from ssjs_cli.formats.mission import BodyPoints, Geodetic, Mission, read_mission, write_mission
+from ssjs_cli.formats.navigation import Attitude, Scalars, UnderwaterNavigation
+from ssjs_cli.formats.run_directory import read_estimate
+from ssjs_cli.formats.tum import read_tum
+
+SAME_BYTES = ("trajectory.tum", "trajectory_covariance.csv", "landmarks.csv", "contacts.csv", "submaps.json", "graph.g2o", "config.toml")
+
+
+def run(*arguments: str | Path) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return int(ended.value.code or 0)
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("survey") / "mission"
+    assert run("simulate", "auv-survey", "--seed", "3", "--out", directory) == 0
+    return directory
+
+
+@pytest.fixture(scope="module")
+def finished(survey: Path) -> Path:
+    out = survey.parent / "run"
+    assert run("run", survey, "--out", out, "--no-report") == 0
+    return out
+
+
+def test_a_simulated_survey_reads_back(survey: Path) -> None:
+    mission = read_mission(survey)
+    assert mission.odometry is None and mission.navigation is not None and mission.points is not None
+    assert mission.navigation.velocity is not None and not mission.navigation.velocity.bottom_lock.all()
+    assert mission.reference.truth is not None and mission.reference.truth.space is not None
+    assert mission.points.position_m.shape[1] == 3
+
+
+def test_the_track_is_better_than_dead_reckoning_and_honest(finished: Path) -> None:
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["trajectory_rmse_m"] < 0.5 * summary["dead_reckoning_rmse_m"]
+    assert summary["wrong_pairs"] == 0 and summary["loop_closures"] > 5
+    assert summary["landmarks_false"] == 0
+    assert 0.2 < summary["nees_joint_per_dof"] < 2.0
+    assert summary["steps"] == 7023
+    assert set(summary["sensors"]) == {"attitude", "compass", "depth", "altitude", "velocity_log", "side_scan"}
+
+
+def test_trajectories_hold_depth_and_attitude(finished: Path, survey: Path) -> None:
+    final, truth = read_tum(finished / "trajectory.tum"), read_tum(survey / "truth_trajectory.tum")
+    assert final.space is not None and truth.space is not None
+    at = np.searchsorted(truth.time_s, final.time_s - 1e-6)
+    assert np.abs(final.space[:, 0] - truth.space[at, 0]).max() < 0.2
+    assert np.abs(final.space[:, 1:] - truth.space[at, 1:]).max() < np.radians(2.0)
+    header = (finished / "trajectory_covariance.csv").read_text().split("\n", 1)[0].split(",")
+    assert len(header) == 22 and header[1] == "var_xx" and header[-1] == "var_hh"
+    assert read_estimate(finished).final_covariance.shape == (len(final.time_s), 6)
+
+
+def test_landmarks_lie_on_the_bottom(finished: Path) -> None:
+    rows = np.genfromtxt(finished / "landmarks.csv", delimiter=",", names=True)
+    assert np.abs(rows["z_m"] - 16.0).max() < 1.5
+    assert (rows["var_zz"] > 0.0).all()
+
+
+def test_the_same_mission_gives_the_same_bytes(finished: Path, survey: Path) -> None:
+    again = survey.parent / "again"
+    assert run("run", survey, "--out", again, "--no-report") == 0
+    for name in SAME_BYTES:
+        assert (again / name).read_bytes() == (finished / name).read_bytes(), name
+
+
+def test_the_report_shows_it(finished: Path) -> None:
+    assert run("report", finished) == 0
+    text = (finished / "report.html").read_text()
+    assert "starboard at the start" in text
+
+
+@pytest.mark.parametrize("flag", ["--smooth", "--calibrate"])
+def test_what_is_for_odometry_is_refused(flag: str, survey: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("run", survey, "--out", tmp_path / "r", flag) == 2
+    assert f"{flag}: is for vehicles with odometry" in capfd.readouterr().err
+
+
+def test_other_methods_are_named(survey: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("run", survey, "--out", tmp_path / "r", "--method", "lmj") == 2
+    assert "must be one of ssjs, ekf" in capfd.readouterr().err
+
+
+def test_the_settings_are_described(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("config", "dump", "--of", "underwater") == 0
+    text = capfd.readouterr().out
+    assert "[velocity_log]" in text and "[sonar" in text
+
+
+def still_vehicle(seconds: int) -> UnderwaterNavigation:
+    time_s = np.arange(10.0 * seconds) / 10.0
+    return UnderwaterNavigation(Attitude(time_s, np.zeros((len(time_s), 3))), depth=Scalars(time_s, np.full(len(time_s), 5.0)))
+
+
+def test_contacts_are_exported_where_the_mission_has_an_origin(tmp_path: Path) -> None:
+    directory = tmp_path / "mission"
+    directory.mkdir()
+    covariance = np.array([[0.04, 0.0, 0.0, 0.04, 0.0, 0.04]] * 2)
+    points = BodyPoints(np.array([1.0, 4.0]), np.array([[0.0, 10.0, 4.0], [0.0, -8.0, 4.0]]), covariance_m2=covariance)
+    write_mission(directory, Mission("still", navigation=still_vehicle(6), points=points, geodetic=Geodetic(
+        origin_latitude_deg=54.0, origin_longitude_deg=10.0, heading_deg=0.0, y_axis="right")))  # fmt: skip
+    np.testing.assert_array_equal(read_mission(directory).points.covariance_m2, covariance)  # type: ignore[union-attr]
+    assert run("run", directory, "--out", tmp_path / "run", "--no-report", "--set", "start.speed_m_s=0") == 0
+    contacts = np.genfromtxt(tmp_path / "run" / "contacts.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert len(contacts) == 2
+    # starboard of a vehicle that heads north is east
+    assert sorted(np.sign(contacts["longitude_deg"] - 10.0).tolist()) == [-1.0, 1.0]
+    connection = sqlite3.connect(tmp_path / "run" / "contacts.gpkg")
+    assert connection.execute("SELECT count(*) FROM contacts").fetchone() == (2,)
+    connection.close()
+    assert (tmp_path / "run" / "contacts.kml").is_file() and (tmp_path / "run" / "contacts.geojson").is_file()
+
+
+def test_a_point_whose_covariance_is_none_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    directory = tmp_path / "mission"
+    directory.mkdir()
+    write_mission(directory, Mission("still", navigation=still_vehicle(1)))
+    names = "time_s,x_m,y_m,z_m,var_xx_m2,cov_xy_m2,cov_xz_m2,var_yy_m2,cov_yz_m2,var_zz_m2"
+    (directory / "observations.csv").write_text(f"{names}\n0.5,0,10,4,1,2,0,1,0,1\n")
+    assert run("run", directory, "--out", tmp_path / "run") == 2
+    assert "observations.csv:2: the covariance of the point is not positive definite" in capfd.readouterr().err
