@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,3 +32,15 @@ def test_dead_reckoning_agrees_with_dgps(data_set: Callable[[str], Path], tmp_pa
     assert -86.0 < score["yaw_offset_deg"] < -79.0
     assert score["rmse_m"] < 6.0
     assert score["rmse_from_first_fix_m"] < 8.0
+
+
+def test_the_filter_keeps_what_dead_reckoning_has(data_set: Callable[[str], Path], tmp_path: Path) -> None:
+    """The yaw offset is that of the first quarter of the log; the origin is the first fix."""
+    mission, out = tmp_path / "mission", tmp_path / "run"
+    assert call(["import", "stpere", str(data_set("stpere")), "--out", str(mission)]) == 0
+    assert call(["run", str(mission), "--out", str(out), "--no-report", "--set", f"joining.north_offset_rad={np.radians(81.6)}"]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["trajectory_rmse_m"] < 6.5
+    assert summary["trajectory_rmse_m"] < summary["dead_reckoning_rmse_m"]
+    sensors = summary["sensors"]
+    assert all(sensor["refused"] < 0.1 * sensor["used"] for sensor in sensors.values() if sensor["used"])

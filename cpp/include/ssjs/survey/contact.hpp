@@ -68,7 +68,7 @@ struct ContactPicture {
 };
 
 /// None where there is no shadow, where the confidence is too low and where the ping abeam has no altitude.
-[[nodiscard]] std::optional<SideScanContact> measure_contact(const ContactPicture& picture, const ContactBox& box,
+[[nodiscard]] std::optional<SideScanContact> measure_contact(const ContactPicture& picture, const ContactBox& detected,
                                                              const ContactConfig& config, const SideScanGeometryConfig& geometry);
 
 /// Contacts of one side whose extents are nearer than `merge_m` become one: the measures are those of the surest piece, the extent that
