@@ -31,7 +31,12 @@ def test_an_xtf_log_becomes_a_mission(cli: Callable[..., Any], tmp_path: Path) -
     assert (out / "pings" / "line 1.xtf").read_bytes() == log.read_bytes()
     settings = tomllib.loads((out / "mission.toml").read_text())
     # the first ping has no position: the second is the origin
-    assert settings["geodetic"] == {"origin_latitude_deg": 48.4, "origin_longitude_deg": -68.8 + 1e-5, "heading_deg": 0.0, "y_axis": "right"}
+    assert settings["geodetic"] == {
+        "origin_latitude_deg": 48.4,
+        "origin_longitude_deg": -68.8 + 1e-5,
+        "heading_deg": 0.0,
+        "y_axis": "right",
+    }
     navigation = read_navigation(out)
     assert navigation is not None and navigation.velocity is None
     assert navigation.depth is not None and navigation.altitude is not None
