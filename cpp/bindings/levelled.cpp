@@ -128,6 +128,7 @@ py::dict to_python(const LevelledResult& result) {
   counters["wrong_pairs"] = result.map_identities_known ? py::cast(result.map_wrong_pairs) : py::none();
   counters["scan_wrong_pairs"] = result.scan_wrong_pairs;
   counters["budget_exhausted"] = result.budget_exhausted;
+  counters["compass_jumps"] = result.compass_jumps;
   counters["samples_refused"] = result.refused;
   counters["fusion_dof"] = 0;
   dict["counters"] = counters;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "ssjs/base/angle.hpp"
+#include "ssjs/base/chi_squared.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/joining/batch_ports.hpp"
 #include "ssjs/joining/recursive_ports.hpp"
@@ -15,6 +16,7 @@ namespace ssjs {
 namespace {
 
 constexpr double kReachSigmas = 3.0;
+constexpr double kOffsetGate = 0.999999;           // a compass that jumped between two maps is met anew
 constexpr double kSmallestNeighbourhood_m = 25.0;  // radius in which landmarks are counted: a swath, where a map has few of its own
 
 /// The mean offset as an entry of the state, independent of all others (P-4).
@@ -94,6 +96,17 @@ int PortJoiner::offset_at_start(const PortMap& map) const {
   return 0;
 }
 
+/// Whether the offset that the map started with can be the one that the map before ended with: the innovation of (P-8) for c_s alone.
+bool PortJoiner::offset_goes_on(const PortMap& map, const Port& start) const {
+  const Unknown base{UnknownKind::kBase, map.base()};
+  const Eigen::MatrixXd P = level_->covariance({base, start.unknown});
+  const Eigen::Index row = start.row;
+  const double expected = level_->values().base(base.index).heading + level_->values().offset(start.unknown.index);
+  const double jump = angle_difference(map.submap.mean(row), expected);
+  const double variance = P(2, 2) + P(3, 3) + 2.0 * P(3, 2) + map.submap.covariance(row, row);
+  return jump * jump <= chi_squared_quantile(kOffsetGate, 1.0) * variance;
+}
+
 void PortJoiner::attach(PortMap& map) {
   const int base = map.base();
   std::vector<Port> fresh{{0, {UnknownKind::kBase, base + 1}}};
@@ -101,8 +114,12 @@ void PortJoiner::attach(PortMap& map) {
   if (rows > 0) {
     const Port start{LevelledSubmap::compass_offset(), {UnknownKind::kOffset, offset_at_start(map)}};
     if (base > 0) {
-      level_->tie(map, {start});
-      put(map, {start});
+      if (rows == 1 || offset_goes_on(map, start)) {
+        level_->tie(map, {start});
+        put(map, {start});
+      } else {
+        ++compass_jumps_;  // the map's own offsets go on from here, and its heading hangs on its neighbours alone
+      }
     } else if (config_.north_offset_rad) {
       const double sigma = config_.north_offset_sigma_rad;
       level_->align_to_north(map, start.row, {wrap_angle(*config_.north_offset_rad), sigma * sigma});

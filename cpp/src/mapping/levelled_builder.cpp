@@ -13,6 +13,10 @@ namespace {
 using Layout = VehicleLayout;
 
 constexpr double kLeastVariance = 1e-12;       // of an exit: a vehicle that has not moved is where it was to a micrometre
+constexpr double kLeastDriftVariance = 1e-9;   // rad^2, between the offsets at the borders of a map that took no time
+constexpr double kUnknownOffsetRad = 10.0;     // sigma of an offset that no reading told
+constexpr double kGyroHolds = 20.0;            // gyro_step_s: a gyro that is silent for longer says nothing of the turn
+constexpr double kMostSteps = 1000.0;          // of one prediction, however long the silence
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map does
 
 double squared(double x) { return x * x; }
@@ -79,9 +83,8 @@ void LevelledBuilder::count_refused(const std::vector<NavigationSensor>& refused
 
 void LevelledBuilder::begin_map(const NavigationTick& tick, TickResult& result) {
   start(tick);
-  SightingAssociation all_new;
-  for (std::size_t i = 0; i < tick.sightings.size(); ++i) all_new.fresh.push_back(static_cast<Eigen::Index>(i));
-  use(tick, gated_rows(tick, false), all_new, result);
+  use(tick, gated_rows(tick, false), associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association),
+      result);
 }
 
 void LevelledBuilder::start(const NavigationTick& tick) {
@@ -114,6 +117,7 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   last_step_s_ = tick.time_s - 2.0 * config_.trajectory_interval_s;
   distance_m_ = 0.0;
   offset_known_ = false;
+  met_.fill(false);
   mean_samples_ = 0;
   started_ = true;
 }
@@ -121,10 +125,13 @@ void LevelledBuilder::start(const NavigationTick& tick) {
 void LevelledBuilder::predict_to(double time_s) {
   const double gap_s = time_s - time_s_;
   if (!(gap_s > 0.0)) return;
-  const double steps = std::ceil(gap_s / config_.max_step_s * (1.0 - 1e-9));
+  const double steps = std::min(std::ceil(gap_s / config_.max_step_s * (1.0 - 1e-9)), kMostSteps);
   for (int i = 0; i < static_cast<int>(steps); ++i) {
+    ConstantVelocityConfig motion_config = config_.motion;
+    const bool gyro_speaks = gyro_rad_s_ && time_s_ + gap_s * (i + 1) / steps - gyro_time_s_ <= kGyroHolds * config_.motion.gyro_step_s;
+    if (motion_config.drive == RotationDrive::kGyro && !gyro_speaks) motion_config.drive = RotationDrive::kConstantAttitude;
     const VehiclePrediction motion =
-        predict_constant_velocity(filter_.vehicle(), gyro_rad_s_.value_or(Eigen::Vector3d::Zero()), gap_s / steps, config_.motion);
+        predict_constant_velocity(filter_.vehicle(), gyro_rad_s_.value_or(Eigen::Vector3d::Zero()), gap_s / steps, motion_config);
     distance_m_ += (motion.state - filter_.vehicle()).segment<2>(Layout::kPosition).norm();
     filter_.predict(motion);
   }
@@ -137,7 +144,8 @@ LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tic
   const auto offer = [&](NavigationSensor sensor, const VehicleRows& vehicle, double gate_probability) {
     StateRows rows{vehicle};
     const double distance = filter_.squared_distance(rows);
-    if (gates && !(distance <= chi_squared_quantile(gate_probability, static_cast<double>(rows.rows())))) {
+    const bool met = met_[static_cast<std::size_t>(sensor)];  // its first sample in a map decides, whatever was expected
+    if (gates && met && !(distance <= chi_squared_quantile(gate_probability, static_cast<double>(rows.rows())))) {
       gated.refused.push_back(sensor);
       return false;
     }
@@ -164,7 +172,7 @@ LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tic
   return gated;
 }
 
-void LevelledBuilder::introduce_offset(double compass_rad) {
+void LevelledBuilder::introduce_offset(double compass_rad, double sigma_rad) {
   const VehicleVector x = filter_.vehicle();
   // c = reading - yaw, whatever was there before; c_s = c less the drift since the map started
   VehiclePrediction now{x, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
@@ -172,7 +180,7 @@ void LevelledBuilder::introduce_offset(double compass_rad) {
   now.F.row(Layout::kCompassOffset).setZero();
   if (config_.compass_use == CompassUse::kFilter) {
     now.F(Layout::kCompassOffset, Layout::kAttitude + 2) = -1.0;
-    now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.compass.sigma_rad);
+    now.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(sigma_rad);
   }
   filter_.predict(now);
   VehiclePrediction at_start{now.state, VehicleMatrix::Identity(), VehicleMatrix::Zero()};
@@ -209,6 +217,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     gated.rows.push_back(std::move(block));
     ++landmarks_[at(pair.prediction)].times_seen;
   }
+  for (const NavigationSensor sensor : gated.sensors) met_[static_cast<std::size_t>(sensor)] = true;
   const bool starts = time_s_ == start_time_s_ && landmarks_.empty();  // against a prior that is wide on purpose: no statistics
   for (std::size_t i = 0; i < gated.rows.size() && !starts; ++i) {
     SensorStatistics& of_sensor = statistics_[static_cast<std::size_t>(gated.sensors[i])];
@@ -217,7 +226,9 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     of_sensor.dof += static_cast<int>(gated.rows[i].rows());
   }
   result.update = filter_.update(gated.rows);
-  if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) introduce_offset(*tick.compass_rad);
+  if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) {
+    introduce_offset(*tick.compass_rad, config_.compass.sigma_rad);
+  }
   if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
   for (const Eigen::Index i : association.fresh) {
     const SideScanSighting& sighting = tick.sightings[at(i)];
@@ -229,7 +240,10 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
   }
   result.paired = static_cast<int>(association.pairs.size());
   result.wrong_pairs = association.wrong_pairs;
-  if (tick.gyro_rad_s) gyro_rad_s_ = tick.gyro_rad_s;
+  if (tick.gyro_rad_s) {
+    gyro_rad_s_ = tick.gyro_rad_s;
+    gyro_time_s_ = tick.time_s;
+  }
   if (tick.time_s - last_step_s_ >= config_.trajectory_interval_s * (1.0 - 1e-9)) {
     journal_.step(tick.time_s, filter_);
     last_step_s_ = tick.time_s;
@@ -259,6 +273,10 @@ std::optional<LevelledSubmap> LevelledBuilder::finish(const std::string& reason)
 }
 
 LevelledSubmap LevelledBuilder::close(const std::string& reason) {
+  // no reading in this map: it says nothing of the offset but how it may have drifted, and so does not break the chain
+  if (config_.compass_use == CompassUse::kFilter && !offset_known_) {
+    introduce_offset(filter_.vehicle()(Layout::kAttitude + 2), kUnknownOffsetRad);
+  }
   LevelledSubmap map;
   map.index = index_++;
   map.start_time_s = start_time_s_;
@@ -285,6 +303,7 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
   map.mean = filter_.mean()(kept);
   map.covariance = filter_.covariance()(kept, kept);
   map.covariance.topLeftCorner<3, 3>().diagonal().array() += kLeastVariance;
+  if (map.compass == CompassPorts::kBorders) map.covariance(4, 4) += kLeastDriftVariance;
   map.landmarks = std::move(landmarks_);
   landmarks_.clear();
   return map;

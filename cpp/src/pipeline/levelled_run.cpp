@@ -114,6 +114,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   put_trajectory(result, pipeline.trajectory(), by_tick);
   put_bases(result, pipeline);
   result.landmarks = pipeline.landmarks();
+  result.compass_jumps = pipeline.compass_jumps();
   for (std::size_t sensor = 0; sensor < kNavigationSensors; ++sensor) {
     result.sensors[sensor] = pipeline.statistics(static_cast<NavigationSensor>(sensor));
   }

@@ -64,6 +64,8 @@ class PortJoiner {
   [[nodiscard]] const std::deque<PortMap>& maps() const { return maps_; }
   [[nodiscard]] const PortLevel& level() const { return *level_; }
   [[nodiscard]] GaussianSe2 global_T_newest_base() const;
+  /// Borders at which the compass offset was not what the map before had: it jumped, or its first reading in the map was wrong.
+  [[nodiscard]] int compass_jumps() const { return compass_jumps_; }
 
  private:
   /// Landmarks of one map around their centroid, base frame.
@@ -79,6 +81,7 @@ class PortJoiner {
 
   void check(const LevelledSubmap& submap) const;
   void attach(PortMap& map);
+  [[nodiscard]] bool offset_goes_on(const PortMap& map, const Port& start) const;
   [[nodiscard]] int offset_at_start(const PortMap& map) const;
   [[nodiscard]] bool offset_is_shared() const;
 
@@ -98,6 +101,7 @@ class PortJoiner {
   bool compass_is_mean_ = false;
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
+  int compass_jumps_ = 0;
 };
 
 }  // namespace ssjs

@@ -71,7 +71,7 @@ class LevelledBuilder {
   void count_refused(const std::vector<NavigationSensor>& refused, TickResult& result);
   void predict_to(double time_s);
   [[nodiscard]] GatedRows gated_rows(const NavigationTick& tick, bool gates) const;
-  void introduce_offset(double compass_rad);
+  void introduce_offset(double compass_rad, double sigma_rad);
   void add_to_mean(double time_s, double compass_rad);
   void use(const NavigationTick& tick, GatedRows gated, const SightingAssociation& association, TickResult& result);
   [[nodiscard]] std::optional<std::string> reason_to_close_map(int new_landmarks) const;
@@ -82,7 +82,9 @@ class LevelledBuilder {
   LevelledJournal journal_;
   std::vector<MapLandmark> landmarks_;
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
-  std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds
+  std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
+  double gyro_time_s_ = 0.0;
+  std::array<bool, kNavigationSensors> met_{};  ///< heard in this map
   int index_ = 0;
   bool started_ = false;
   double start_time_s_ = 0.0, time_s_ = 0.0;

@@ -64,6 +64,7 @@ class LevelledPipeline {
   [[nodiscard]] const PortLevel& level() const { return joiner_.level(); }
   [[nodiscard]] std::vector<SurveyStep> trajectory() const;
   [[nodiscard]] std::vector<SurveyLandmark> landmarks() const { return landmarks_in_world(maps(), level()); }
+  [[nodiscard]] int compass_jumps() const { return joiner_.compass_jumps(); }
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
 
  private:

@@ -33,6 +33,7 @@ struct LevelledResult {
   int loop_candidates = 0, loop_closures = 0, map_wrong_pairs = 0;
   bool map_identities_known = false;
   int budget_exhausted = 0;
+  int compass_jumps = 0;
 
   double time_total_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
 };
