@@ -13,7 +13,6 @@
 #include "run_parts.hpp"
 #include "ssjs/io/navigation_log.hpp"
 #include "ssjs/pipeline/levelled_run.hpp"
-#include "ssjs/simulation/auv_survey.hpp"
 
 namespace ssjs::bindings {
 namespace {
@@ -156,69 +155,6 @@ py::dict run(const py::dict& config, NavigationLog& log, const std::optional<std
   return to_python(result);
 }
 
-/// Columns of numbers that grow row by row.
-class Table {
- public:
-  explicit Table(py::ssize_t columns) : columns_(columns) {}
-  void add(const std::vector<double>& row) { values_.insert(values_.end(), row.begin(), row.end()); }
-  [[nodiscard]] py::array array() const {
-    return py::array_t<double>({static_cast<py::ssize_t>(values_.size()) / columns_, columns_}, values_.data());
-  }
-
- private:
-  py::ssize_t columns_;
-  std::vector<double> values_;
-};
-
-py::dict survey_dict(const SimulatedSurvey& survey) {
-  Table attitude(4), gyro(4), velocity(5), depth(2), altitude(2), sightings(4), truth(7), landmarks(3);
-  std::vector<std::int64_t> ids;
-  for (const NavigationTick& tick : survey.ticks) {
-    const double t = tick.time_s;
-    if (tick.roll_pitch_rad && tick.compass_rad) attitude.add({t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y(), *tick.compass_rad});
-    if (tick.gyro_rad_s) gyro.add({t, tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()});
-    if (tick.velocity) {
-      const Eigen::Vector3d& v = tick.velocity->velocity_m_s;
-      velocity.add({t, v.x(), v.y(), v.z(), tick.velocity->bottom_lock ? 1.0 : 0.0});
-    }
-    if (tick.depth_m) depth.add({t, *tick.depth_m});
-    if (tick.altitude_m) altitude.add({t, *tick.altitude_m});
-    for (const SideScanSighting& sighting : tick.sightings) {
-      const Eigen::Vector3d& p = sighting.vehicle_p_point;
-      sightings.add({t, p.x(), p.y(), p.z()});
-      ids.push_back(sighting.landmark_id.value_or(-1));
-    }
-  }
-  for (const AuvTruth& at : survey.truth) {
-    const Vector6d pose = at.world_T_vehicle.vector();
-    truth.add({at.time_s, pose(0), pose(1), pose(2), pose(3), pose(4), pose(5)});
-  }
-  for (Eigen::Index i = 0; i < survey.world.landmarks_m.cols(); ++i) {
-    landmarks.add({survey.world.landmarks_m(0, i), survey.world.landmarks_m(1, i), survey.world.landmarks_m(2, i)});
-  }
-  py::dict dict;
-  dict["attitude"] = attitude.array();
-  dict["gyro"] = gyro.array();
-  dict["velocity"] = velocity.array();
-  dict["depth"] = depth.array();
-  dict["altitude"] = altitude.array();
-  dict["sightings"] = sightings.array();
-  dict["sighting_ids"] = integers(ids);
-  dict["truth"] = truth.array();
-  dict["landmarks"] = landmarks.array();
-  dict["landmark_ids"] = integers(survey.world.ids);
-  return dict;
-}
-
-py::dict simulate_auv_survey(std::uint64_t seed) {
-  SimulatedSurvey survey;
-  {
-    const py::gil_scoped_release released;
-    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), AuvSimulationConfig{}, seed);
-  }
-  return survey_dict(survey);
-}
-
 }  // namespace
 
 void add_levelled(py::module_& module) {
@@ -264,8 +200,6 @@ void add_levelled(py::module_& module) {
           "point_m: n x 3, body frame; covariance: n x 6 upper triangles, or the sensor's; a negative landmark_id means unknown.")
       .def("__len__", [](NavigationLog& log) { return log.ticks().size(); });
 
-  module.def("simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0,
-             "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth.");
   module.def("run_levelled", &run, py::arg("config"), py::arg("log"), py::arg("progress") = py::none(),
              "Runs the log of an underwater vehicle through the pipeline. progress(fraction) -> False asks to stop (KeyboardInterrupt).");
 }

@@ -47,6 +47,7 @@ PYBIND11_MODULE(_core, module) {
   add_levelled(module);
   add_evaluation(module);
   add_simulation(module);
+  add_underwater_simulation(module);
   add_features(module);
   add_imaging(module);
   add_segmentation(module);

@@ -9,6 +9,7 @@ void add_pipeline(pybind11::module_& module);
 void add_levelled(pybind11::module_& module);
 void add_evaluation(pybind11::module_& module);
 void add_simulation(pybind11::module_& module);
+void add_underwater_simulation(pybind11::module_& module);
 void add_features(pybind11::module_& module);
 void add_imaging(pybind11::module_& module);
 void add_segmentation(pybind11::module_& module);

@@ -22,7 +22,7 @@ from ssjs_cli.formats.mission import Mission, Observations, Odometry, Reference,
 from ssjs_cli.formats.scenario_file import WORLD_TABLES, read_scenario_file
 from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.scenario_world import simulate_world, simulator_config
-from ssjs_cli.underwater_simulation import AUV_SURVEY, simulate_auv_survey
+from ssjs_cli.underwater_simulation import UNDERWATER_SCENARIOS, simulate_underwater
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
 def _simulated(scenario: Scenario) -> dict[str, Any]:
     if scenario.world is not None:
         return simulate_world(scenario.world, scenario.seed, f"scenario {scenario.name}")
-    names = [*_core.scenario_names(), AUV_SURVEY]
+    names = [*_core.scenario_names(), *UNDERWATER_SCENARIOS]
     if scenario.built_in not in names:
         hint = nearest_hint(scenario.built_in, names)
         known = ", ".join(names)
@@ -81,8 +81,8 @@ def _simulated(scenario: Scenario) -> dict[str, Any]:
 
 
 def simulate_mission(scenario: Scenario) -> Mission:
-    if scenario.built_in == AUV_SURVEY:
-        return simulate_auv_survey(scenario.name, scenario.description, scenario.settings, scenario.seed)
+    if scenario.built_in in UNDERWATER_SCENARIOS:
+        return simulate_underwater(scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed)
     simulated = _simulated(scenario)
     settings = {**dict(simulated["config"]), **dict(flatten(scenario.settings))}
     resolve([layer_from_tables(nest(settings), f"scenario {scenario.name}")])

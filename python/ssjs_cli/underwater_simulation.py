@@ -1,6 +1,8 @@
-"""The built-in survey of an underwater vehicle, as a mission with truth."""
+"""The built-in surveys of an underwater vehicle, as missions with truth."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,19 +11,48 @@ from ssjs_cli import _core
 from ssjs_cli.config import UNDERWATER, layer_from_tables
 from ssjs_cli.formats.mission import BodyPoints, Mission, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation
+from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.tum import PoseSeries
+from ssjs_cli.formats.xtf_writer import SideScanPings, write_xtf
 
 AUV_SURVEY = "auv-survey"
+SIDE_SCAN_SURVEY = "side-scan-survey"
+SIDE_SCAN_SURVEY_LARGE = "side-scan-survey-large"
+UNDERWATER_SCENARIOS = (AUV_SURVEY, SIDE_SCAN_SURVEY, SIDE_SCAN_SURVEY_LARGE)
+
+# What differs from the simulator's own defaults: 300 m x 400 m.
+LARGE_SURVEY: Mapping[str, Any] = MappingProxyType(
+    {"lines.lines": 11, "lines.line_length_m": 400.0, "lines.line_spacing_m": 30.0, "lines.cross_lines": 5, "objects": 300}
+)
+# 2026-01-01: logs of sonars carry dates.
+SONAR_EPOCH_S = 1767225600.0
+PINGS_PER_BLOCK = 512
+LOG_NAME = "survey.xtf"
+# Easting and northing of the vehicle's start in the grid that it believes in.
+GRID_ORIGIN_M = (500_000.0, 6_000_000.0)
 
 
-def simulate_auv_survey(name: str, description: str, settings: Mapping[str, Any], seed: int) -> Mission:
-    """Five lines, three cross lines, sixty objects, with the sensors that the filter's defaults describe."""
+def simulate_underwater(built_in: str, name: str, description: str, settings: Mapping[str, Any], seed: int) -> Mission:
+    """`built_in`: one of UNDERWATER_SCENARIOS, with the sensors that the filter's defaults describe."""
     layer_from_tables(settings, f"scenario {name}", UNDERWATER)
-    survey = _core.simulate_auv_survey(seed)
-    attitude, velocity, points, truth = (survey[key] for key in ("attitude", "velocity", "sightings", "truth"))
+    said = description or f"simulated: {built_in}, seed {seed}"
+    if built_in == AUV_SURVEY:
+        survey = _core.simulate_auv_survey(seed)
+        return _mission(name, said, settings, survey, points=_points(survey))
+    sonar = _core.SideScanMission(dict(LARGE_SURVEY) if built_in == SIDE_SCAN_SURVEY_LARGE else {}, seed)
+    survey = _dated(sonar.survey())
+
+    def record(folder: Path) -> None:
+        write_xtf(folder / LOG_NAME, _pings(sonar, *_reckoned(survey)), sonar="ssjs simulator")
+
+    return _mission(name, said, settings, survey, recording=record)
+
+
+def _mission(name: str, description: str, settings: Mapping[str, Any], survey: Mapping[str, Any], **observed: Any) -> Mission:
+    attitude, velocity, truth = (survey[key] for key in ("attitude", "velocity", "truth"))
     return Mission(
         name=name,
-        description=description or f"simulated: {AUV_SURVEY}, seed {seed}",
+        description=description,
         notes="North-east-down; the first line heads north from the origin.",
         navigation=UnderwaterNavigation(
             Attitude(attitude[:, 0], attitude[:, 1:4], survey["gyro"][:, 1:4]),
@@ -29,7 +60,6 @@ def simulate_auv_survey(name: str, description: str, settings: Mapping[str, Any]
             Scalars(*np.ascontiguousarray(survey["depth"].T)),
             Scalars(*np.ascontiguousarray(survey["altitude"].T)),
         ),
-        points=BodyPoints(points[:, 0], points[:, 1:4], np.asarray(survey["sighting_ids"])) if len(points) else None,
         settings=dict(settings),
         # The estimate starts at the true pose, which defines the frame: nothing to align.
         reference=Reference(
@@ -37,4 +67,40 @@ def simulate_auv_survey(name: str, description: str, settings: Mapping[str, Any]
             truth=PoseSeries(truth[:, 0], truth[:, [1, 2, 6]], truth[:, [3, 4, 5]]),
             landmarks=SurveyedLandmarks(np.asarray(survey["landmark_ids"]), survey["landmarks"][:, :2]),
         ),
+        **observed,
     )
+
+
+def _points(survey: Mapping[str, Any]) -> BodyPoints | None:
+    points = survey["sightings"]
+    return BodyPoints(points[:, 0], points[:, 1:4], np.asarray(survey["sighting_ids"])) if len(points) else None
+
+
+def _dated(survey: Mapping[str, Any]) -> dict[str, Any]:
+    """With UTC instead of seconds since the start."""
+    dated = dict(survey)
+    for key in ("attitude", "gyro", "velocity", "depth", "altitude", "truth"):
+        table = survey[key].copy()
+        table[:, 0] += SONAR_EPOCH_S
+        dated[key] = table
+    return dated
+
+
+def _reckoned(survey: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+    """Times, and easting and northing: the position that the vehicle writes beside its pings, from compass and Doppler log alone."""
+    attitude, velocity = survey["attitude"], survey["velocity"]
+    time_s, heading = attitude[:, 0], attitude[:, 3]
+    locked = velocity[velocity[:, 4] == 1.0]
+    forward, starboard = (np.interp(time_s, locked[:, 0], locked[:, column]) for column in (1, 2))
+    step_s = np.diff(time_s, prepend=time_s[0])
+    north = np.cumsum(step_s * (np.cos(heading) * forward - np.sin(heading) * starboard))
+    east = np.cumsum(step_s * (np.sin(heading) * forward + np.cos(heading) * starboard))
+    return time_s, np.column_stack([east, north]) + GRID_ORIGIN_M
+
+
+def _pings(sonar: Any, time_s: FloatArray, position_m: FloatArray) -> Iterator[SideScanPings]:
+    while (block := sonar.next_pings(PINGS_PER_BLOCK)) is not None:
+        navigation = block.pop("navigation")
+        pinged_s = navigation[:, 0] + SONAR_EPOCH_S
+        place = np.column_stack([np.interp(pinged_s, time_s, position_m[:, axis]) for axis in (0, 1)])
+        yield SideScanPings(time_s=pinged_s, navigation=navigation[:, 1:], position_m=place, **block)

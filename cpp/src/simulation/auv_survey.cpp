@@ -217,7 +217,8 @@ SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed) {
   return world;
 }
 
-SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed) {
+SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed,
+                                const SeabedDepth& seabed) {
   check(world, config);
   SimulatedSurvey survey;
   survey.world = world;
@@ -236,7 +237,7 @@ SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationCon
   truth.world_T_vehicle.translation << world.waypoints[0], config.depth_m;
   truth.world_T_vehicle.rpy.z() = std::atan2(first_leg.y(), first_leg.x());
   truth.velocity_m_s = cruise;
-  truth.seabed_m = seabed_mean;
+  truth.seabed_m = seabed ? seabed(world.waypoints[0]) : seabed_mean;
   double walked_offset = config.compass_offset_rad;
 
   for (std::size_t step = 0;; ++step) {
@@ -265,6 +266,7 @@ SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationCon
     truth.velocity_m_s = velocity;
     truth.seabed_m =
         walked(truth.seabed_m, seabed_mean, config.seabed_time_constant_s, config.motion.seabed_walk_m_sqrt_s, dt, seabed_walk);
+    if (seabed) truth.seabed_m = seabed(position.head<2>());
     walked_offset += compass_walk.normal(config.motion.compass_walk_rad_sqrt_s * std::sqrt(dt));
     helmsman.advance(position.head<2>(), config.speed_m_s * dt);
   }

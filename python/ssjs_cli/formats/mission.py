@@ -4,7 +4,7 @@ import difflib
 import hashlib
 import math
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -217,7 +217,8 @@ class Reference:
 
 @dataclass(frozen=True)
 class Mission:
-    """A planar vehicle has odometry; an underwater one may have navigation instead."""
+    """A planar vehicle has odometry; an underwater one may have navigation instead. `recording` writes the sonar logs of a mission that
+    is not on disk yet into the folder it is given."""
 
     name: str
     odometry: Odometry | None = None
@@ -228,6 +229,7 @@ class Mission:
     sonar_hits: SonarHits | None = None
     points: BodyPoints | None = None
     sonar_logs: Sequence[Path] = ()
+    recording: Callable[[Path], None] | None = None
     navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
@@ -260,7 +262,7 @@ def mission_directory(path: Path) -> Path:
     return directory
 
 
-why_not_a_mission = holds_only(MISSION_FILES, (MISSION_FILE,))
+why_not_a_mission = holds_only((*MISSION_FILES, PINGS_FOLDER), (MISSION_FILE,))
 
 
 def input_digests(directory: Path) -> dict[str, str]:
@@ -548,6 +550,9 @@ def write_mission(directory: Path, mission: Mission) -> None:
         _write_scans(directory / SCANS_FILE, mission.scans)
     if mission.sonar_hits is not None:
         _write_sonar_hits(directory / SONAR_HITS_FILE, mission.sonar_hits)
+    if mission.recording is not None:
+        (directory / PINGS_FOLDER).mkdir()
+        mission.recording(directory / PINGS_FOLDER)
     _write_reference(directory, mission.reference)
 
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
@@ -140,9 +141,14 @@ struct SimulatedSurvey {
   SurveyWorld world;
 };
 
+/// Depth of the seabed at a point (north, east), m.
+using SeabedDepth = std::function<double(const Eigen::Vector2d&)>;
+
 /// Drives the lines once. Streams of the seed: "gyro", "attitude", "compass", "depth", "altitude", "velocity", "side scan" (measurements),
-/// "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss" (which samples are missing). Throws
-/// InvalidArgument for a configuration out of its rules or a path that cannot be driven.
-[[nodiscard]] SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed);
+/// "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss" (which samples are missing). A `seabed` is the
+/// one that the altitude is measured over; without it the depth under the vehicle walks. Throws InvalidArgument for a configuration out of
+/// its rules or a path that cannot be driven.
+[[nodiscard]] SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed,
+                                              const SeabedDepth& seabed = {});
 
 }  // namespace ssjs

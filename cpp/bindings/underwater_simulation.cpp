@@ -1,0 +1,158 @@
+// Simulated underwater surveys: navigation, sightings or pings, and the truth.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "config.hpp"
+#include "parts.hpp"
+#include "ssjs/base/error.hpp"
+#include "ssjs/simulation/auv_survey.hpp"
+#include "ssjs/simulation/side_scan_mission.hpp"
+
+namespace ssjs::bindings {
+namespace {
+
+py::array integers(const std::vector<std::int64_t>& values) {
+  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+/// Columns of numbers that grow row by row.
+class Table {
+ public:
+  explicit Table(py::ssize_t columns) : columns_(columns) {}
+  void add(const std::vector<double>& row) { values_.insert(values_.end(), row.begin(), row.end()); }
+  [[nodiscard]] py::array array() const {
+    return py::array_t<double>({static_cast<py::ssize_t>(values_.size()) / columns_, columns_}, values_.data());
+  }
+
+ private:
+  py::ssize_t columns_;
+  std::vector<double> values_;
+};
+
+py::dict survey_dict(const SimulatedSurvey& survey) {
+  Table attitude(4), gyro(4), velocity(5), depth(2), altitude(2), sightings(4), truth(7), landmarks(3);
+  std::vector<std::int64_t> ids;
+  for (const NavigationTick& tick : survey.ticks) {
+    const double t = tick.time_s;
+    if (tick.roll_pitch_rad && tick.compass_rad) attitude.add({t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y(), *tick.compass_rad});
+    if (tick.gyro_rad_s) gyro.add({t, tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()});
+    if (tick.velocity) {
+      const Eigen::Vector3d& v = tick.velocity->velocity_m_s;
+      velocity.add({t, v.x(), v.y(), v.z(), tick.velocity->bottom_lock ? 1.0 : 0.0});
+    }
+    if (tick.depth_m) depth.add({t, *tick.depth_m});
+    if (tick.altitude_m) altitude.add({t, *tick.altitude_m});
+    for (const SideScanSighting& sighting : tick.sightings) {
+      const Eigen::Vector3d& p = sighting.vehicle_p_point;
+      sightings.add({t, p.x(), p.y(), p.z()});
+      ids.push_back(sighting.landmark_id.value_or(-1));
+    }
+  }
+  for (const AuvTruth& at : survey.truth) {
+    const Vector6d pose = at.world_T_vehicle.vector();
+    truth.add({at.time_s, pose(0), pose(1), pose(2), pose(3), pose(4), pose(5)});
+  }
+  for (Eigen::Index i = 0; i < survey.world.landmarks_m.cols(); ++i) {
+    landmarks.add({survey.world.landmarks_m(0, i), survey.world.landmarks_m(1, i), survey.world.landmarks_m(2, i)});
+  }
+  py::dict dict;
+  dict["attitude"] = attitude.array();
+  dict["gyro"] = gyro.array();
+  dict["velocity"] = velocity.array();
+  dict["depth"] = depth.array();
+  dict["altitude"] = altitude.array();
+  dict["sightings"] = sightings.array();
+  dict["sighting_ids"] = integers(ids);
+  dict["truth"] = truth.array();
+  dict["landmarks"] = landmarks.array();
+  dict["landmark_ids"] = integers(survey.world.ids);
+  return dict;
+}
+
+py::dict simulate_auv_survey(std::uint64_t seed) {
+  SimulatedSurvey survey;
+  {
+    const py::gil_scoped_release released;
+    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), AuvSimulationConfig{}, seed);
+  }
+  return survey_dict(survey);
+}
+
+SideScanMission side_scan_mission(const py::dict& values, std::uint64_t seed) {
+  const SideScanMissionConfig defaults;
+  const auto config = config_from(values, defaults);
+  const py::gil_scoped_release released;
+  return {config, seed};
+}
+
+/// The samples of one side, nearest first: one row a ping.
+py::array_t<float> samples_of(const std::vector<SideScanPing>& pings, SonarSide side) {
+  std::size_t count = 0;
+  std::vector<const SideScanChannel*> rows;
+  for (const SideScanPing& ping : pings) {
+    for (const SideScanChannel& channel : ping.channels) {
+      if (channel.side != side) continue;
+      rows.push_back(&channel);
+      count = channel.samples.size();
+    }
+  }
+  py::array_t<float> array({static_cast<py::ssize_t>(rows.size()), static_cast<py::ssize_t>(count)});
+  float* to = array.mutable_data();
+  for (const SideScanChannel* row : rows) to = std::copy(row->samples.begin(), row->samples.end(), to);
+  return array;
+}
+
+/// None at the end of the mission.
+py::object next_pings(SideScanMission& mission, std::size_t most) {
+  std::vector<SideScanPing> pings;
+  {
+    const py::gil_scoped_release released;
+    while (pings.size() < most) {
+      std::optional<SideScanPing> ping = mission.next_ping();
+      if (!ping) break;
+      pings.push_back(std::move(*ping));
+    }
+  }
+  if (pings.empty()) return py::none();
+  Table navigation(7);
+  for (const SideScanPing& ping : pings) {
+    navigation.add({ping.time_s, ping.roll_rad, ping.pitch_rad, ping.heading_rad, ping.speed_m_s, ping.depth_m, ping.altitude_m});
+  }
+  const SideScanPing& first = pings.front();
+  const SideScanChannel& channel = first.channels.front();
+  py::dict block;
+  block["first_number"] = first.number;
+  block["navigation"] = navigation.array();
+  block["port"] = samples_of(pings, SonarSide::kPort);
+  block["starboard"] = samples_of(pings, SonarSide::kStarboard);
+  block["sound_speed_m_s"] = first.sound_speed_m_s;
+  block["frequency_hz"] = channel.frequency_hz;
+  block["sample_interval_s"] = channel.sample_interval_s;
+  return std::move(block);
+}
+
+}  // namespace
+
+void add_underwater_simulation(py::module_& module) {
+  module.def("simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0,
+             "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth.");
+  py::class_<SideScanMission>(module, "SideScanMission", "A simulated survey with side-scan sonar.")
+      .def(py::init(&side_scan_mission), py::arg("config") = py::dict(), py::arg("seed") = 0)
+      .def(
+          "survey", [](const SideScanMission& mission) { return survey_dict(mission.survey()); },
+          "One table a sensor (time first), and the truth, as simulate_auv_survey; without sightings.")
+      .def("next_pings", &next_pings, py::arg("most") = 512,
+           "The next pings; None at the end. navigation: time, roll, pitch, heading, speed, depth, altitude as the sensors gave them last; "
+           "port and starboard: samples, nearest first, one row a ping.");
+  module.def("side_scan_mission_fields", &fields_of<SideScanMissionConfig>, "Every key of SideScanMission's configuration.");
+}
+
+}  // namespace ssjs::bindings
