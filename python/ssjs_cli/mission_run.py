@@ -248,7 +248,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with interruptible("estimating") as progress:
             result = run_estimator(settings.values, log, seed, progress)
         stopwatch.lap("estimate")
-        for text in refused_sensors(result):
+        for text in doubtful_navigation(mission, result):
             warnings.append(text)
             session.warn(f"{directory}: {text}")
         if result["counters"].get("smoothing_converged") is False:
@@ -288,9 +288,15 @@ def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Ca
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error
 
 
-def refused_sensors(result: Mapping[str, Any]) -> list[str]:
-    """Sensors of an underwater vehicle that the filter hardly believes: their noise, or another's, is not what the settings say."""
+def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str]:
+    """What makes the track of an underwater vehicle worth little: no velocity over the bottom, a compass that jumps, and sensors that the
+    filter hardly believes, because their noise, or another's, is not what the settings say."""
     texts = []
+    if mission.navigation is not None and (mission.navigation.velocity is None or not mission.navigation.velocity.bottom_lock.any()):
+        texts.append("no velocity over the bottom: the vehicle is taken to keep the speed it starts with (start.speed_m_s)")
+    jumps = result["counters"].get("compass_jumps", 0)
+    if jumps:
+        texts.append(f"the compass offset jumped between {jumps} submaps; check the compass, or its drift (motion.compass_walk_rad_sqrt_s)")
     for name, sensor in result.get("sensors", {}).items():
         total = sensor["used"] + sensor["refused"]
         if total and sensor["refused"] > MAX_REFUSED_FRACTION * total:

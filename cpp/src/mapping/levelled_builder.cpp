@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "ssjs/base/chi_squared.hpp"
@@ -12,10 +13,11 @@ namespace {
 
 using Layout = VehicleLayout;
 
-constexpr double kLeastVariance = 1e-12;       // of an exit: a vehicle that has not moved is where it was to a micrometre
-constexpr double kLeastDriftVariance = 1e-9;   // rad^2, between the offsets at the borders of a map that took no time
-constexpr double kUnknownOffsetRad = 10.0;     // sigma of an offset that no reading told
-constexpr double kGyroHolds = 20.0;            // gyro_step_s: a gyro that is silent for longer says nothing of the turn
+constexpr double kLeastVariance = 1e-12;      // of an exit: a vehicle that has not moved is where it was to a micrometre
+constexpr double kLeastDriftVariance = 1e-9;  // rad^2, between the offsets at the borders of a map that took no time
+constexpr double kUnknownOffsetRad = 10.0;    // sigma of an offset that no reading told
+constexpr double kGyroHolds = 20.0;           // gyro_step_s: a gyro that is silent for longer says nothing of the turn
+constexpr double kLongestSilenceS = 4.0 * 3600.0;
 constexpr double kMostSteps = 1000.0;          // of one prediction, however long the silence
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map does
 
@@ -52,6 +54,12 @@ LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config)
 TickResult LevelledBuilder::feed(const NavigationTick& tick) {
   if (!std::isfinite(tick.time_s) || (started_ && tick.time_s < time_s_)) {
     throw InvalidArgument("NavigationTick.time_s", tick.time_s, "must be finite and not before the tick before it");
+  }
+  if (started_ && tick.time_s - time_s_ > kLongestSilenceS) {
+    throw InvalidArgument(
+        "NavigationTick.time_s", tick.time_s,
+        "comes " + std::to_string(tick.time_s - time_s_) +
+            " s after the tick before, when nothing is known of the vehicle any more: mend the clock, or split the mission");
   }
   if (tick.gyro_rad_s && !tick.gyro_rad_s->allFinite()) throw InvalidArgument("NavigationTick.gyro_rad_s", "not finite", "must be finite");
   TickResult result;

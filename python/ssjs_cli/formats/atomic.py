@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -54,6 +54,16 @@ def holds_only(files: Collection[str], needed: Sequence[str]) -> Callable[[Path]
         return f"it also holds {foreign[0]}" if foreign else None
 
     return why_not
+
+
+def check_writable(target: Path, inputs: Iterable[Path], *, force: bool) -> None:
+    """A file to be written: never one that is read, and one that exists only with --force."""
+    if not target.exists():
+        return
+    if any(source.exists() and target.samefile(source) for source in inputs):
+        raise UserError(f"{target}: is the file that is read; choose another --out")
+    if not force:
+        raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
 
 
 @contextmanager

@@ -238,9 +238,7 @@ class Mission:
 
     @property
     def has_observations(self) -> bool:
-        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points)) or bool(
-            self.sonar_logs
-        )
+        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points))
 
     @property
     def time_s(self) -> FloatArray:
@@ -283,6 +281,8 @@ def read_mission(path: Path) -> Mission:
     document = read_mission_document(directory / MISSION_FILE)
     navigation = read_navigation(directory)
     has_odometry = navigation is None or (directory / ODOMETRY_FILE).is_file()
+    if not has_odometry and document.geodetic is not None:
+        _require_north_east(document.geodetic, directory / MISSION_FILE)
     return Mission(
         name=document.mission.name,
         description=document.mission.description,
@@ -299,6 +299,14 @@ def read_mission(path: Path) -> Mission:
         geodetic=document.geodetic,
         import_record=document.import_record,
     )
+
+
+def _require_north_east(geodetic: Geodetic, path: Path) -> None:
+    if geodetic.heading_deg % 360.0 != 0.0 or geodetic.y_axis != "right":
+        raise UserError(
+            f'{path}: geodetic.heading_deg = {geodetic.heading_deg:g}, geodetic.y_axis = "{geodetic.y_axis}": the world of an underwater '
+            'mission has x to the north and y to the east; set heading_deg = 0.0 and y_axis = "right"'
+        )
 
 
 def sonar_logs_in(directory: Path) -> list[Path]:

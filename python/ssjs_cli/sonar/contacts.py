@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
+from ssjs_cli.errors import UserError
 from ssjs_cli.formats.contact_table import Contact
 from ssjs_cli.formats.mission import BodyPoints
 from ssjs_cli.formats.number_table import FloatArray
@@ -40,7 +41,10 @@ def sightings_in(logs: Sequence[Path], config: Mapping[str, float | int | bool |
     found = []
     for path in logs:
         log = open_log(path)
-        found += [Sighting(path.name, contact) for contact in contacts_in(log, config)]
+        try:
+            found += [Sighting(path.name, contact) for contact in contacts_in(log, config)]
+        except (ValueError, RuntimeError, MemoryError) as error:  # settings that each keep their rule and do not go together
+            raise UserError(f"{path}: no contacts can be found with these settings sonar.*: {error}") from error
         lost += [f"{path}: {describe_problem(problem)}" for problem in log.info()["problems"] if problem["data_lost"]]
     return sorted(found, key=lambda sighting: float(sighting.found["time_s"]))
 

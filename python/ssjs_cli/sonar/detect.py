@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.atomic import check_writable, write_file
 from ssjs_cli.formats.contact_table import Contact, contact_rows, contacts_csv
 from ssjs_cli.formats.geographic import from_longitude_latitude
 from ssjs_cli.formats.mission import Geodetic
@@ -23,8 +23,7 @@ def detect_contacts(
     path: Path, out: Path | None, session: Session, *, config: Mapping[str, float | int | bool | str | None], layback: str, force: bool
 ) -> int:
     target = out or Path("runs") / f"{path.stem}-contacts.csv"
-    if target.exists() and not force:
-        raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
+    check_writable(target, [path], force=force)
     log = open_log(path, layback)
     found = list(contacts_in(log, config))
     info = log.info()

@@ -9,7 +9,7 @@ import numpy as np
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.exit_codes import DONE, PARTLY_DONE
-from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.atomic import check_writable, write_file
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.log_blocks import blocks, open_log
 
@@ -19,8 +19,7 @@ RECORDS = ("positions", "attitudes", "velocities", "depths", "altitudes")
 def show_info(path: Path, out: Path | None, session: Session, *, layback: str, force: bool) -> int:
     document = describe(path, layback)
     if out is not None:
-        if out.exists() and not force:
-            raise UserError(f"{out}: exists already; choose another --out, or replace it with --force")
+        check_writable(out, [path], force=force)
         out.parent.mkdir(parents=True, exist_ok=True)
         write_file(out, json.dumps(document, indent=2, allow_nan=False) + "\n")
     session.answer(document, _text(path, document))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.atomic import check_writable, write_file
 from ssjs_cli.formats.image_file import MAX_PIXELS
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.info import describe_problem, exit_code
@@ -54,8 +54,7 @@ def draw_waterfall(path: Path, out: Path | None, session: Session, *, scale: str
     target = out or Path("runs") / f"{path.stem}-waterfall.png"
     if target.suffix.lower() != ".png":
         raise UserError(f"{target}: the picture is a PNG; end the name of --out with .png")
-    if target.exists() and not force:
-        raise UserError(f"{target}: exists already; choose another --out, or replace it with --force")
+    check_writable(target, [path], force=force)
     survey = survey_log(path, None if frequency_khz is None else frequency_khz * 1e3)
     if survey.pings * 2 * survey.width_px > MAX_PIXELS:
         size = f"{survey.pings} pings of twice {survey.width_px} samples"

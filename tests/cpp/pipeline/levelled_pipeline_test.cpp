@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "ssjs/base/error.hpp"
@@ -92,6 +93,51 @@ TEST(LevelledPipeline, TheSameMissionGivesTheSameNumbers) {
   const LevelledResult b = run_levelled_mission(LevelledConfig{}, simulated.ticks);
   EXPECT_EQ(a.pose, b.pose);
   EXPECT_EQ(a.covariance, b.covariance);
+}
+
+double final_error_m(const LevelledResult& result, const SimulatedSurvey& simulated) {
+  const Eigen::Index last = result.pose.rows() - 1;
+  const AuvTruth& truth = simulated.truth.back();
+  return (result.pose.row(last).head<2>().transpose() - truth.world_T_vehicle.translation.head<2>()).norm();
+}
+
+TEST(LevelledPipeline, ACompassThatJumpsIsMetAnew) {
+  SimulatedSurvey simulated = survey(3);
+  for (NavigationTick& tick : simulated.ticks) {
+    if (tick.time_s > 300.0 && tick.compass_rad) *tick.compass_rad += 0.35;
+  }
+  const LevelledResult result = run_levelled_mission(known_identities(), simulated.ticks);
+  EXPECT_LE(result.compass_jumps, 2);
+  EXPECT_LT(final_error_m(result, simulated), 2.0);
+}
+
+TEST(LevelledPipeline, ACompassMayBeginLateAndFallSilent) {
+  SimulatedSurvey simulated = survey(3);
+  for (NavigationTick& tick : simulated.ticks) {
+    if (tick.time_s < 100.0 || (tick.time_s > 300.0 && tick.time_s < 450.0)) tick.compass_rad.reset();
+  }
+  const LevelledResult result = run_levelled_mission(known_identities(), simulated.ticks);
+  EXPECT_EQ(result.compass_jumps, 0);
+  EXPECT_LT(final_error_m(result, simulated), 2.0);
+}
+
+TEST(LevelledPipeline, AfterASilenceOfHoursTheVehicleMayBeAnywhereAndYearsAreRefused) {
+  for (const double silence_s : {600.0, 3600.0, 14000.0, 3e9}) {
+    SimulatedSurvey simulated = survey(3);
+    for (NavigationTick& tick : simulated.ticks) {
+      if (tick.time_s > 350.0) tick.time_s += silence_s;
+    }
+    if (silence_s > 1e9) {
+      EXPECT_THROW((void)run_levelled_mission(known_identities(), simulated.ticks), InvalidArgument);
+      continue;
+    }
+    const LevelledResult result = run_levelled_mission(known_identities(), simulated.ticks);
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < result.time_s.size(); ++i) {
+      if (result.time_s(i) > 350.0 + silence_s) largest = std::max(largest, result.online_covariance(i, 0));
+    }
+    EXPECT_GT(std::sqrt(largest), 20.0) << silence_s;
+  }
 }
 
 TEST(LevelledPipeline, AMissionEndsOnce) {

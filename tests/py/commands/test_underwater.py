@@ -133,3 +133,30 @@ def test_a_point_whose_covariance_is_none_is_named(tmp_path: Path, capfd: pytest
     (directory / "observations.csv").write_text(f"{names}\n0.5,0,10,4,1,2,0,1,0,1\n")
     assert run("run", directory, "--out", tmp_path / "run") == 2
     assert "observations.csv:2: the covariance of the point is not positive definite" in capfd.readouterr().err
+
+
+def test_an_origin_of_a_world_on_land_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    directory = tmp_path / "mission"
+    directory.mkdir()
+    write_mission(
+        directory, Mission("still", navigation=still_vehicle(1), geodetic=Geodetic(origin_latitude_deg=1, origin_longitude_deg=2))
+    )
+    assert run("run", directory, "--out", tmp_path / "run") == 2
+    assert 'set heading_deg = 0.0 and y_axis = "right"' in capfd.readouterr().err
+
+
+def test_a_vehicle_without_velocity_is_warned_of(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    directory = tmp_path / "mission"
+    directory.mkdir()
+    write_mission(directory, Mission("still", navigation=still_vehicle(6)))
+    assert run("run", directory, "--out", tmp_path / "run", "--no-report") == 0
+    assert "no velocity over the bottom" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["info", "detect"])
+def test_a_log_is_never_overwritten(command: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "survey.xtf"
+    log.write_bytes(b"\x7b" + bytes(4096))
+    before = log.read_bytes()
+    assert run("sonar", command, log, "--out", log, "--force") == 2
+    assert log.read_bytes() == before
