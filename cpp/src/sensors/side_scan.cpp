@@ -27,7 +27,14 @@ BodyPoint body_point(const VehicleVector& state, const Eigen::Vector3d& map_p_la
 }
 
 Eigen::Matrix3d covariance_of(const VehicleVector& state, const SideScanSighting& sighting, const SideScanConfig& config) {
-  if (sighting.covariance) return *sighting.covariance;
+  if (sighting.covariance) {
+    Eigen::Matrix3d covariance = *sighting.covariance;
+    if (config.form == SideScanForm::kFlatBottom && sighting.vehicle_p_point.y() < 0.0) {  // the row is the slant range, |y|
+      covariance(0, 1) = -covariance(0, 1);
+      covariance(1, 0) = -covariance(1, 0);
+    }
+    return covariance;
+  }
   const double range = config.form == SideScanForm::kFlatBottom ? std::abs(sighting.vehicle_p_point.y()) : sighting.vehicle_p_point.norm();
   return side_scan_covariance(range, velocity_of(state).norm(), config);
 }

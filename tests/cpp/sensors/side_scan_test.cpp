@@ -55,6 +55,19 @@ TEST(SideScan, A12_NoiseByHand) {
   EXPECT_NEAR(side_scan_covariance(20.0, 2.0, config)(0, 0), 0.01 + 0.04 + 0.16 / 12.0 + 0.36 / 12.0, 1e-15);
 }
 
+TEST(SideScan, A13_ACorrelationOfADetectorTurnsWithTheSideOfItsRange) {
+  SideScanConfig config;
+  config.form = SideScanForm::kFlatBottom;
+  for (const double side : {1.0, -1.0}) {
+    SideScanSighting sighting = sighting_of(0.5, side * 12.0, 0.0);
+    (*sighting.covariance)(0, 1) = (*sighting.covariance)(1, 0) = 0.02;
+    const Eigen::Vector3d landmark(0.4, side * 11.0, 5.0);
+    const SideScanRows rows = side_scan_rows(VehicleVector::Zero(), sighting, landmark, config);
+    EXPECT_EQ(rows.vehicle.R(0, 1), side * 0.02);
+    EXPECT_EQ(rows.vehicle.R(1, 0), side * 0.02);
+  }
+}
+
 TEST(SideScan, A14_FlatBottomByHand) {
   // level vehicle at 10 m over a seabed at 14 m: 5 m of slant range to port is 3 m across
   VehicleVector x = VehicleVector::Zero();
