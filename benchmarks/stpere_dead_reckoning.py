@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ssjs_cli.formats.attitude import rotation
 from ssjs_cli.formats.mission import Fixes, read_mission
 from ssjs_cli.formats.navigation import UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
-from ssjs_cli.formats.stpere import rotation
 
 
 def dead_reckoning(navigation: UnderwaterNavigation) -> tuple[FloatArray, FloatArray]:

@@ -4,7 +4,6 @@ A mapping is `target=source[:unit]`, e.g. `time_s=t:ms`, `bearing_rad=brg:-deg` 
 file it is for: `odometry.time_s=stamp:ns`.
 """
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli.errors import UserError, nearest_hint
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.mission import (
     CARTESIAN_COLUMNS,
     COVARIANCE_COLUMNS,
@@ -227,7 +227,7 @@ def read_csv_log(
         import_record=ImportRecord(
             format="csv",
             counts=counts,
-            digests={path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.present().values()},
+            digests={path.name: file_digest(path) for path in files.present().values()},
         ),
     )
 

@@ -1,7 +1,6 @@
 """A mission directory: mission.toml and one file per sensor and reference."""
 
 import difflib
-import hashlib
 import math
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.atomic import holds_only
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.navigation import NAVIGATION_FILES, UnderwaterNavigation, read_navigation, write_navigation
 from ssjs_cli.formats.number_table import (
     EXACT,
@@ -268,8 +268,7 @@ def input_digests(directory: Path) -> dict[str, str]:
     digests = {}
     paths = [directory / name for name in MISSION_FILES if (directory / name).is_file()]
     for path in [*paths, *sonar_logs_in(directory)]:
-        with path.open("rb") as file:
-            digests[path.relative_to(directory).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
+        digests[path.relative_to(directory).as_posix()] = file_digest(path)
     return digests
 
 

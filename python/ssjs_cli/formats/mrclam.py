@@ -3,7 +3,6 @@
 Measurements hold barcodes; Barcodes.dat maps them to subjects, of which 1-5 are the robots and the others landmarks.
 """
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli.errors import UserError
+from ssjs_cli.formats.file_digest import file_digest
 from ssjs_cli.formats.mission import (
     ImportRecord,
     Mission,
@@ -80,7 +80,7 @@ def read_mrclam(source: Path, robot: int, *, skip_unknown_barcodes: bool = False
             format="mrclam",
             counts=counts,
             lost=lost,
-            digests={path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths.values() if path.is_file()},
+            digests={path.name: file_digest(path) for path in paths.values() if path.is_file()},
         ),
     )
 

@@ -4,7 +4,6 @@ Global frame: x north, y east, from the first position of the log. A sensor's ow
 of the pings otherwise.
 """
 
-import hashlib
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,8 +14,9 @@ import numpy as np
 import tomli_w
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.mission import MISSION_FILE, MISSION_FILES, PINGS_FOLDER, Geodetic, ImportRecord
-from ssjs_cli.formats.navigation import NAVIGATION_FILES, Attitude, BottomVelocity, Scalars, UnderwaterNavigation, write_navigation
+from ssjs_cli.formats.file_digest import file_digest
+from ssjs_cli.formats.mission import MISSION_FILE, PINGS_FOLDER, Geodetic, ImportRecord
+from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation, write_navigation
 from ssjs_cli.formats.number_table import EXACT, TEXT, WHOLE, FloatArray, write_table
 from ssjs_cli.formats.tum import wrapped_angle
 from ssjs_cli.sonar.info import describe_problem
@@ -65,7 +65,7 @@ def read_sonar_mission(path: Path, kind: str) -> SonarMission:
         pings=pings,
         origin=_origin(pings),
         decisions=info["decisions"],
-        import_record=ImportRecord(format=kind, counts=counts, lost=lost, digests={path.name: _digest(path)}),
+        import_record=ImportRecord(format=kind, counts=counts, lost=lost, digests={path.name: file_digest(path)}),
     )
 
 
@@ -86,14 +86,6 @@ def write_sonar_mission(directory: Path, mission: SonarMission) -> None:
     (directory / PINGS_FOLDER).mkdir()
     shutil.copyfile(mission.log, directory / PINGS_FOLDER / mission.log.name)
     _write_pings(directory / PINGS_FOLDER / PING_TABLE, mission.pings)
-
-
-def why_not_a_sonar_mission(directory: Path) -> str | None:
-    if not (directory / MISSION_FILE).is_file():
-        return f"it holds no {MISSION_FILE}"
-    known = {*MISSION_FILES, *NAVIGATION_FILES, PINGS_FOLDER}
-    foreign = sorted(entry.name for entry in directory.iterdir() if entry.name not in known)
-    return f"it also holds {foreign[0]}" if foreign else None
 
 
 def _navigation(path: Path, tables: Mapping[str, Columns], lost: list[str]) -> UnderwaterNavigation:
@@ -159,8 +151,3 @@ def _write_pings(path: Path, pings: Columns) -> None:
 
 def _empty_where_unknown(values: FloatArray) -> Any:
     return np.array([repr(value) if np.isfinite(value) else "" for value in values.tolist()], dtype=object)
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -10,13 +10,15 @@ What the headers of the files do not say, or say wrongly:
 - the yaw of the AHRS points about 80 degrees east of north: an offset to be estimated, not a constant of the mission.
 """
 
-import hashlib
 import math
 from pathlib import Path
 
 import numpy as np
 
 from ssjs_cli.errors import UserError
+from ssjs_cli.formats.attitude import rotation
+from ssjs_cli.formats.file_digest import file_digest
+from ssjs_cli.formats.geographic import from_longitude_latitude
 from ssjs_cli.formats.mission import Fixes, Geodetic, ImportRecord, Mission, Reference, ReferenceDescription
 from ssjs_cli.formats.navigation import Attitude, BottomVelocity, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
@@ -40,10 +42,6 @@ VEHICLE_SETTINGS = {
     "velocity_log": {"sigma_m_s": 0.05},
 }
 
-# WGS 84
-SEMI_MAJOR_AXIS_M = 6378137.0
-ECCENTRICITY_SQUARED = 6.69437999014e-3
-
 
 def read_stpere(source: Path) -> Mission:
     if not source.is_dir():
@@ -52,6 +50,7 @@ def read_stpere(source: Path) -> Mission:
     ahrs, dvl, dgps = (_read_log(path, fields) for path, fields in zip(paths, (AHRS_FIELDS, DVL_FIELDS, DGPS_FIELDS), strict=True))
     velocity = bottom_velocity(dvl)
     latitude, longitude = (degrees_of(dgps[:, column], paths[2]) for column in (1, 2))
+    geodetic = Geodetic(origin_latitude_deg=float(latitude[0]), origin_longitude_deg=float(longitude[0]), heading_deg=0.0, y_axis="right")
     lost = int((~velocity.bottom_lock).sum())
     return Mission(
         name="stpere",
@@ -64,12 +63,12 @@ def read_stpere(source: Path) -> Mission:
         ),
         reference=Reference(
             ReferenceDescription(alignment="none", max_gap_s=2.0),
-            fixes=Fixes(dgps[:, 0], north_east_m(latitude, longitude), np.full(len(dgps), DGPS_SIGMA_M)),
+            fixes=Fixes(
+                dgps[:, 0], from_longitude_latitude(np.column_stack([longitude, latitude]), geodetic), np.full(len(dgps), DGPS_SIGMA_M)
+            ),
         ),
         settings=VEHICLE_SETTINGS,
-        geodetic=Geodetic(
-            origin_latitude_deg=float(latitude[0]), origin_longitude_deg=float(longitude[0]), heading_deg=0.0, y_axis="right"
-        ),
+        geodetic=geodetic,
         import_record=ImportRecord(
             format="stpere",
             counts={
@@ -78,7 +77,7 @@ def read_stpere(source: Path) -> Mission:
                 "bottom_velocities_without_lock": lost,
                 "dgps_fixes": len(dgps),
             },
-            digests={path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths},
+            digests={path.name: file_digest(path) for path in paths},
         ),
     )
 
@@ -92,15 +91,6 @@ def bottom_velocity(dvl: FloatArray) -> BottomVelocity:
     return BottomVelocity(dvl[:, 0], velocity, lock)
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """Rz(yaw) Ry(pitch) Rx(roll)"""
-    about_x = np.array([[1.0, 0.0, 0.0], [0.0, math.cos(roll), -math.sin(roll)], [0.0, math.sin(roll), math.cos(roll)]])
-    about_y = np.array([[math.cos(pitch), 0.0, math.sin(pitch)], [0.0, 1.0, 0.0], [-math.sin(pitch), 0.0, math.cos(pitch)]])
-    about_z = np.array([[math.cos(yaw), -math.sin(yaw), 0.0], [math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-    product: FloatArray = about_z @ about_y @ about_x
-    return product
-
-
 def degrees_of(degrees_and_minutes: FloatArray, path: Path) -> FloatArray:
     """4212.225 -> 42.20375"""
     degrees = np.floor(degrees_and_minutes / 100.0)
@@ -112,15 +102,6 @@ def degrees_of(degrees_and_minutes: FloatArray, path: Path) -> FloatArray:
         )
     angle: FloatArray = degrees + minutes / 60.0
     return angle
-
-
-def north_east_m(latitude_deg: FloatArray, longitude_deg: FloatArray) -> FloatArray:
-    """(n, 2) north, east of the first position: exact to centimetres over the hundreds of metres of a marina."""
-    latitude, longitude = np.deg2rad(latitude_deg), np.deg2rad(longitude_deg)
-    squared = 1.0 - ECCENTRICITY_SQUARED * math.sin(latitude[0]) ** 2
-    meridian_m = SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY_SQUARED) / squared**1.5
-    parallel_m = SEMI_MAJOR_AXIS_M / math.sqrt(squared) * math.cos(latitude[0])
-    return np.column_stack([meridian_m * (latitude - latitude[0]), parallel_m * (longitude - longitude[0])])
 
 
 def _only(source: Path, suffix: str) -> Path:

@@ -69,7 +69,7 @@ def contacts_on_map(estimate: Estimate, sightings: Sequence[Sighting]) -> list[C
         xx, xy, yy = (float(value) for value in landmarks.covariance[index])
         depth = None if landmarks.depth_m is None else float(landmarks.depth_m[index])
         seen = int(landmarks.times_seen[index])
-        sonar = _sonar_part(best[index]) if index in best else {}
+        sonar = sonar_part(best[index]) if index in best else {}
         contacts.append(Contact(int(landmarks.ids[index]), float(x), float(y), (xx, xy, yy), seen, depth_m=depth, **sonar))
     return contacts
 
@@ -99,19 +99,20 @@ def _on_map(estimate: Estimate, sighting: Sighting) -> FloatArray:
     return np.array([x + cosine * forward - sine * starboard, y + sine * forward + cosine * starboard])
 
 
-def _sonar_part(sighting: Sighting) -> dict[str, Any]:
+def sonar_part(sighting: Sighting) -> dict[str, Any]:
+    """What a Contact holds of its sighting."""
     found = sighting.found
     navigation = found["navigation"]
     return {
-        "time_s": _known(found["time_s"]),
+        "time_s": known(found["time_s"]),
         "log": sighting.log,
         "ping": int(found["ping"]),
         "channel": found["side"],
         "slant_range_m": found["slant_range_m"],
         "ground_range_m": found["ground_range_m"],
-        "altitude_m": _known(navigation["altitude_m"]),
-        "sonar_heading_deg": _known(np.degrees(navigation["heading_rad"]) % 360.0),
-        "sonar_depth_m": _known(navigation["depth_m"]),
+        "altitude_m": known(navigation["altitude_m"]),
+        "sonar_heading_deg": known(np.degrees(navigation["heading_rad"]) % 360.0),
+        "sonar_depth_m": known(navigation["depth_m"]),
         "length_m": found["length_m"],
         "width_m": found["width_m"],
         "height_m": found["height_m"],
@@ -120,5 +121,5 @@ def _sonar_part(sighting: Sighting) -> dict[str, Any]:
     }
 
 
-def _known(value: float) -> float | None:
+def known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None

@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.atomic import check_writable, write_file
+from ssjs_cli.formats.attitude import rotation
 from ssjs_cli.formats.contact_table import Contact, contact_rows, contacts_csv
 from ssjs_cli.formats.geographic import from_longitude_latitude
 from ssjs_cli.formats.mission import Geodetic
 from ssjs_cli.session import Session
-from ssjs_cli.sonar.contacts import contacts_in
+from ssjs_cli.sonar.contacts import Sighting, contacts_in, known, sonar_part
 from ssjs_cli.sonar.info import describe_problem, exit_code
 from ssjs_cli.sonar.log_blocks import open_log
 
@@ -70,7 +70,8 @@ def _contact(number: int, entry: dict[str, Any], geodetic: Geodetic | None, log:
         east, north = navigation["east_m"], navigation["north_m"]
     else:
         east, north = from_longitude_latitude(np.array([[navigation["longitude_deg"], navigation["latitude_deg"]]]), geodetic)[0]
-    turn = _world_of_body(navigation)
+    # unknown roll and pitch are none
+    turn = rotation(*(known(navigation[key]) or 0.0 for key in ("roll_rad", "pitch_rad", "heading_rad")))
     offset = turn @ np.array(entry["body_position_m"])  # north, east, down
     covariance = turn @ entry["body_covariance_m2"] @ turn.T
     depth_m = navigation["depth_m"]
@@ -81,36 +82,8 @@ def _contact(number: int, entry: dict[str, Any], geodetic: Geodetic | None, log:
         covariance_m2=(float(covariance[1, 1]), float(covariance[0, 1]), float(covariance[0, 0])),
         sightings=1,
         depth_m=float(depth_m + offset[2]) if math.isfinite(depth_m) else None,
-        time_s=_known(entry["time_s"]),
-        log=log,
-        ping=entry["ping"],
-        channel=entry["side"],
-        slant_range_m=entry["slant_range_m"],
-        ground_range_m=entry["ground_range_m"],
-        altitude_m=navigation["altitude_m"],
-        sonar_heading_deg=math.degrees(navigation["heading_rad"]) % 360.0,
-        sonar_depth_m=_known(depth_m),
-        length_m=entry["length_m"],
-        width_m=entry["width_m"],
-        height_m=entry["height_m"],
-        confidence=entry["confidence"],
-        remark="shadow cut off: height is a lower bound" if entry["shadow_is_cut"] else "",
+        **sonar_part(Sighting(log, entry)),
     )
-
-
-def _world_of_body(navigation: Mapping[str, float]) -> NDArray[np.float64]:
-    """North-east-down from forward-starboard-down. Unknown roll and pitch are none."""
-    roll, pitch, heading = (_known(navigation[key]) or 0.0 for key in ("roll_rad", "pitch_rad", "heading_rad"))
-    cr, sr, cp, sp, ch, sh = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(heading), math.sin(heading)
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[ch, -sh, 0], [sh, ch, 0], [0, 0, 1]])
-    product: NDArray[np.float64] = about_z @ about_y @ about_x
-    return product
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _text(path: Path, target: Path, pings: int, contacts: list[Contact]) -> str:

@@ -5,7 +5,8 @@ from typing import Any
 
 from ssjs_cli.exit_codes import DONE, PARTLY_DONE
 from ssjs_cli.formats.atomic import new_directory
-from ssjs_cli.formats.sonar_mission import read_sonar_mission, why_not_a_sonar_mission, write_sonar_mission
+from ssjs_cli.formats.mission import why_not_a_mission
+from ssjs_cli.formats.sonar_mission import read_sonar_mission, write_sonar_mission
 from ssjs_cli.progress import working
 from ssjs_cli.session import Session
 
@@ -13,8 +14,10 @@ from ssjs_cli.session import Session
 def import_sonar_log(source: Path, kind: str, directory: Path, session: Session, *, force: bool) -> int:
     """Exit code 3 when part of the log was lost."""
     session.fault_log = directory.with_name(directory.name + ".fault.jsonl")
-    reason = why_not_a_sonar_mission
-    with new_directory(directory, force=force, why_not_ours=reason, kind="mission directory") as partial, working("making the mission"):
+    with (
+        new_directory(directory, force=force, why_not_ours=why_not_a_mission, kind="mission directory") as partial,
+        working("making the mission"),
+    ):
         mission = read_sonar_mission(source, kind)
         write_sonar_mission(partial, mission)
     record = mission.import_record

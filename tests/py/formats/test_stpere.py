@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from ssjs_cli.errors import UserError
+from ssjs_cli.formats.attitude import rotation
 from ssjs_cli.formats.mission import read_mission, write_mission
-from ssjs_cli.formats.stpere import degrees_of, read_stpere, rotation
+from ssjs_cli.formats.stpere import degrees_of, read_stpere
 
 COMMENT = "% Time: 17:35:52 trueCourse(\xba)\n\n"
 AHRS = COMMENT + "100.0 90.0 -45.0 180.0 0.1 0.2 0.3 -0.4 -0.1 -9.8 \r\n100.1 0.0 0.0 -90.0 0.1 0.2 0.3 -0.4 -0.1 -9.8 \r\n"
