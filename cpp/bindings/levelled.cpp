@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 
+#include "columns.hpp"
 #include "config.hpp"
 #include "parts.hpp"
 #include "run_parts.hpp"
@@ -27,10 +28,6 @@ std::vector<double> upper_triangle(const Eigen::Matrix<double, kSize, kSize>& P)
     for (Eigen::Index j = i; j < P.cols(); ++j) values.push_back(P(i, j));
   }
   return values;
-}
-
-py::array integers(const std::vector<std::int64_t>& values) {
-  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
 py::list submap_list(const LevelledResult& result) {
@@ -74,8 +71,8 @@ py::dict landmark_dict(const LevelledResult& result) {
   py::dict dict;
   dict["position"] = position;
   dict["covariance"] = covariance;
-  dict["times_seen"] = integers(times_seen);
-  dict["submap"] = integers(submap);
+  dict["times_seen"] = array_of(times_seen);
+  dict["submap"] = array_of(submap);
   dict["landmark_id"] = identity;
   dict["maps"] = maps;
   return dict;
@@ -89,7 +86,7 @@ py::dict to_python(const LevelledResult& result) {
   dict["online_pose"] = result.online_pose;
   dict["online_covariance"] = result.online_covariance;
   dict["dead_reckoning"] = result.dead_reckoning;
-  dict["submap"] = integers(result.submap);
+  dict["submap"] = array_of(result.submap);
   dict["tick_time_s"] = result.tick_time_s;
   dict["step_time_us"] = result.step_time_us;
   dict["landmarks"] = landmark_dict(result);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "columns.hpp"
 #include "config.hpp"
 #include "parts.hpp"
 #include "run_parts.hpp"
@@ -63,8 +64,8 @@ py::dict landmark_dict(const MissionResult& result) {
   py::dict dict;
   dict["position"] = position;
   dict["covariance"] = covariance;
-  dict["times_seen"] = py::array(py::cast(times_seen));
-  dict["submap"] = py::array(py::cast(submap));
+  dict["times_seen"] = array_of(times_seen);
+  dict["submap"] = array_of(submap);
   dict["landmark_id"] = identity;
   return dict;
 }
@@ -77,7 +78,7 @@ py::dict to_python(const MissionResult& result) {
   dict["online_pose"] = result.online_pose;
   dict["online_covariance"] = result.online_covariance;
   dict["dead_reckoning"] = result.dead_reckoning;
-  dict["submap"] = py::array_t<std::int64_t>(static_cast<py::ssize_t>(result.submap.size()), result.submap.data());
+  dict["submap"] = array_of(result.submap);
   dict["step_time_us"] = result.step_time_us;
   dict["landmarks"] = landmark_dict(result);
   dict["updates"] = update_dict(result.updates);

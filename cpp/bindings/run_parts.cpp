@@ -1,5 +1,7 @@
 #include "run_parts.hpp"
 
+#include "columns.hpp"
+
 namespace ssjs::bindings {
 
 py::list loop_list(const std::vector<LoopAttempt>& loops) {
@@ -35,7 +37,7 @@ py::dict update_dict(const std::vector<MissionResult::Update>& updates) {
   py::dict dict;
   dict["time_s"] = time_s;
   dict["nis"] = nis;
-  dict["dof"] = py::array_t<std::int64_t>(static_cast<py::ssize_t>(dof.size()), dof.data());
+  dict["dof"] = array_of(dof);
   return dict;
 }
 

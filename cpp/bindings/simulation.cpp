@@ -4,19 +4,13 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "columns.hpp"
 #include "config.hpp"
 #include "parts.hpp"
 #include "ssjs/simulation/scenario.hpp"
 
 namespace ssjs::bindings {
 namespace {
-
-py::array array_of(const std::vector<double>& values) {
-  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-py::array array_of(const std::vector<std::int64_t>& values) {
-  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
-}
 
 using PointRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 

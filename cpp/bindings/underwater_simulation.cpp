@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "columns.hpp"
 #include "config.hpp"
 #include "parts.hpp"
 #include "ssjs/base/error.hpp"
@@ -18,10 +19,6 @@
 
 namespace ssjs::bindings {
 namespace {
-
-py::array integers(const std::vector<std::int64_t>& values) {
-  return py::array_t<std::int64_t>(static_cast<py::ssize_t>(values.size()), values.data());
-}
 
 /// Columns of numbers that grow row by row.
 class Table {
@@ -70,10 +67,10 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   dict["depth"] = depth.array();
   dict["altitude"] = altitude.array();
   dict["sightings"] = sightings.array();
-  dict["sighting_ids"] = integers(ids);
+  dict["sighting_ids"] = array_of(ids);
   dict["truth"] = truth.array();
   dict["landmarks"] = landmarks.array();
-  dict["landmark_ids"] = integers(survey.world.ids);
+  dict["landmark_ids"] = array_of(survey.world.ids);
   return dict;
 }
 

@@ -5,29 +5,11 @@
 #include <algorithm>
 #include <limits>
 
-#include "cascade/speckle.hpp"
+#include "cascade/search_problem.hpp"
 #include "ssjs/base/error.hpp"
 
 namespace ssjs {
 namespace {
-
-struct Problem {
-  std::vector<HaarFeature> features;
-  WindowSet positives;
-  WindowSet negatives;
-};
-
-Problem make_problem(cv::Size window, FeatureSet set, int positives, int negatives, std::uint64_t seed) {
-  Rng rng(seed);
-  Problem problem{enumerate_features(set, window), WindowSet(window), WindowSet(window)};
-  for (int i = 0; i < positives; ++i) {
-    cv::Mat picture = speckle(window, rng);
-    draw_object(picture, {0, 0, window.width, window.height}, rng);
-    problem.positives.add(picture);
-  }
-  for (int i = 0; i < negatives; ++i) problem.negatives.add(speckle(window, rng));
-  return problem;
-}
 
 struct Rates {
   std::size_t objects_lost = 0;
