@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "base/temporary_folder.hpp"
 #include "cascade/random_cascade.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/cascade/cascade_xml.hpp"
@@ -28,12 +29,10 @@ HaarCascade sample_cascade() {
 
 class CascadeFileTest : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
 
  private:
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / testing::UnitTest::GetInstance()->current_test_info()->name();
+  TemporaryFolder folder_;
 };
 
 TEST_F(CascadeFileTest, OwnFormComesBackWhole) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "base/temporary_folder.hpp"
 #include "cascade/speckle.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/cascade/cascade_detector.hpp"
@@ -196,8 +197,8 @@ TEST(CascadeTrainerTest, SameBytesTwiceOnAnyNumberOfThreadsWithAnyMemory) {
 
 class CheckpointTest : public testing::Test {
  protected:
-  void TearDown() override { std::filesystem::remove(path_); }
-  std::string path_ = (std::filesystem::temp_directory_path() / "ssjs_checkpoint_test.json").string();
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "checkpoint.json";
   CascadeTrainingData data_ = sample_data();
   TrainingPlan plan_ = {{0.98, 0.4, 3}, {0.96, 0.1, 5}, {0.94, 0.05, 8}};
 };
