@@ -6,6 +6,7 @@ list(FILTER ssjs_reader_sources EXCLUDE REGEX "/event_log\\.cpp$") # no reader
 add_executable(ssjs_fuzz_sonar_log tests/fuzz/sonar_log_fuzz.cpp ${ssjs_reader_sources} cpp/src/base/error.cpp)
 ssjs_compile_options(ssjs_fuzz_sonar_log)
 target_include_directories(ssjs_fuzz_sonar_log PRIVATE cpp/include)
+target_link_libraries(ssjs_fuzz_sonar_log PRIVATE Eigen3::Eigen)
 set(ssjs_fuzz_sanitizers address,undefined)
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
   string(APPEND ssjs_fuzz_sanitizers ",fuzzer")
