@@ -9,6 +9,7 @@ foreach(part IN LISTS ssjs_parts)
     TARGETS ssjs_${part}
     EXPORT ssjs-${part}-targets
     ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
     FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development)
   install(EXPORT ssjs-${part}-targets NAMESPACE ssjs:: DESTINATION "${SSJS_CONFIG_DIR}" COMPONENT development)
 endforeach()

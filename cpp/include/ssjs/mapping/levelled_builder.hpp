@@ -54,6 +54,7 @@ class LevelledBuilder {
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] double map_start_s() const { return start_time_s_; }
   [[nodiscard]] bool offset_known() const { return offset_known_; }  ///< the compass has spoken in this map
+  [[nodiscard]] const std::optional<Eigen::Vector3d>& gyro_rad_s() const { return gyro_rad_s_; }  ///< the last sample
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
 
  private:

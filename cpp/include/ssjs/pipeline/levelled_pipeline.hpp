@@ -32,6 +32,9 @@ struct LevelledConfig {
   }
 };
 
+/// config.joining, identities being known between maps where they are known within them.
+[[nodiscard]] PortJoinerConfig joining_config(const LevelledConfig& config);
+
 /// What one tick did.
 struct LevelledReport {
   SurveyStep vehicle;  ///< the online estimate after the tick
@@ -68,8 +71,6 @@ class LevelledPipeline {
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
 
  private:
-  void face_north();
-
   LevelledBuilder builder_;
   PortJoiner joiner_;
   DeadReckoning dead_reckoning_;
