@@ -1,4 +1,4 @@
-# Headers, static libraries, CMake package and pkg-config file, all in the install component "development".
+# Headers, libraries, CMake package and pkg-config files, all in the install component "development".
 
 include(CMakePackageConfigHelpers)
 
@@ -23,6 +23,8 @@ install(
   COMPONENT development)
 
 file(RELATIVE_PATH SSJS_PC_PREFIX "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
-configure_file("${PROJECT_SOURCE_DIR}/cmake/ssjs.pc.in" "${PROJECT_BINARY_DIR}/ssjs.pc" @ONLY)
-install(FILES "${PROJECT_BINARY_DIR}/ssjs.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
+foreach(name ssjs ssjs-online)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/${name}.pc.in" "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
+endforeach()
+install(FILES "${PROJECT_BINARY_DIR}/ssjs.pc" "${PROJECT_BINARY_DIR}/ssjs-online.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT development)
