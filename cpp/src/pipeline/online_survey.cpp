@@ -12,6 +12,7 @@ namespace {
 
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
+  throw_if_any(config.slam.violations());
   if (config.slam.method != LevelledMethod::kPorts)
     throw InvalidArgument("method", "ekf", "one map for the whole mission has no bounded step: use ssjs");
   return config;
