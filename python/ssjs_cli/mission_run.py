@@ -20,6 +20,7 @@ from ssjs_cli.config import (
     UNDERWATER,
     VEHICLE_KEY,
     Layer,
+    Scalar,
     Settings,
     SettingsKind,
     checked_seed,
@@ -122,6 +123,14 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
     seed = request.seed if request.seed is not None else file_seed
     return resolve(layers, kind), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+
+
+def with_contacts(mission: Mission, settings: Mapping[str, Scalar], lost: list[str]) -> tuple[Mission, list[Sighting]]:
+    """The mission with what is found in its sonar logs, where it does not bring its observations along."""
+    if not mission.sonar_logs or mission.points is not None:
+        return mission, []
+    sightings = sightings_in(mission.sonar_logs, sonar_values(settings), lost)
+    return replace(mission, points=body_points(sightings)), sightings
 
 
 def settings_kind(mission: Mission) -> SettingsKind:
@@ -231,8 +240,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     sightings: list[Sighting] = []
     if mission.sonar_logs and mission.points is None:
         with working("looking for contacts in the sonar logs"):
-            sightings = sightings_in(mission.sonar_logs, sonar_values(settings.values), lost)
-        mission = replace(mission, points=body_points(sightings))
+            mission, sightings = with_contacts(mission, settings.values, lost)
         stopwatch.lap("detect")
     log = build_log(mission, settings, directory, lost)
     if not mission.has_observations:
@@ -282,7 +290,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
 def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Callable[[float], bool]) -> dict[str, Any]:
     try:
         if isinstance(log, _core.NavigationLog):
-            return _core.run_levelled(levelled_values(settings), log, progress)
+            return _core.run_levelled(levelled_values(settings), log, progress, seed)
         return _core.run(dict(settings), log, seed, progress)
     except ValueError as error:
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error

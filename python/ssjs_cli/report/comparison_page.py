@@ -50,6 +50,8 @@ CONSISTENCY_SHEET: tuple[SheetColumn, ...] = (
     ("nees_joint_per_dof", "bases jointly / dof", 3, 1.0),
     ("nees_base_mean", "bases, 3 dof", 2, 1.0),
     ("nees_map_mean", "landmarks, 2 dof", 2, 1.0),
+    ("nees_position_per_dof", "position / dof", 2, 1.0),
+    ("inside_3_sigma_fraction", "within 3 σ [%]", 1, 100.0),
     ("nis_mean", "NIS / dof", 3, 1.0),
     ("nis_band_low", "band from", 3, 1.0),
     ("nis_band_high", "to", 3, 1.0),
