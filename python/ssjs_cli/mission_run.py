@@ -51,6 +51,7 @@ from ssjs_cli.formats.run_directory import (
     why_not_a_run,
     write_estimate,
 )
+from ssjs_cli.methods import refuse_elsewhere
 from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
@@ -113,6 +114,8 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
         layer, file_seed = layer_from_file(request.config_path, kind)
         layers.append(layer)
     layers.append(layer_from_assignments(request.assignments, kind))
+    if request.method is not None:
+        refuse_elsewhere(request.method, kind, "--method")
     layers.append(layer_from_flag("--method", METHOD_KEY, request.method, kind))
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
     if kind is UNDERWATER:

@@ -44,8 +44,8 @@ def request_of(
     **rest: Any,
 ) -> "StudyRequest":
     from ssjs_cli.errors import UserError
+    from ssjs_cli.methods import chosen_methods
     from ssjs_cli.simulation import read_scenario
-    from ssjs_cli.studies.methods import chosen_methods
     from ssjs_cli.studies.scenario_runs import StudyRequest
 
     if workers is not None and scheduler is not None:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from ssjs_cli.methods import known_methods
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.figure_style import Figure, Trace
 from ssjs_cli.report.method_colours import method_colours
@@ -9,7 +10,6 @@ from ssjs_cli.report.page_parts import Plot
 from ssjs_cli.report.sheet import SheetColumn, sheet
 from ssjs_cli.report.study_page import Section, StudyPage, render_study, seeds_text
 from ssjs_cli.report.submap_colours import PALETTE
-from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:
     from ssjs_cli.studies.sweep import Sweep

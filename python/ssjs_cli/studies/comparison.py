@@ -12,12 +12,12 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import POSE_DOF
 from ssjs_cli.formats.mission import Mission, input_digests, mission_directory, read_mission
 from ssjs_cli.formats.run_directory import MEASURED_KEYS, REFERENCE_KEYS, STEP_TIME_KEYS, TIME_KEYS
+from ssjs_cli.methods import chosen_methods
 from ssjs_cli.mission_run import RunRequest, path_name, resolve_settings, settings_kind
 from ssjs_cli.progress import working
 from ssjs_cli.session import Session
 from ssjs_cli.studies.carry_out import CarriedOut, PlannedRun, carry_out
 from ssjs_cli.studies.executor import Record
-from ssjs_cli.studies.methods import chosen_methods
 from ssjs_cli.studies.process_pool import ProcessPool
 from ssjs_cli.studies.single_run import RunTask, core_identity, perform
 from ssjs_cli.studies.study_folder import canonical_text, key_of, open_study

@@ -1,4 +1,4 @@
-"""Which methods a study sets side by side: those that the estimator lists for that kind of mission, never a list of our own."""
+"""The methods for a kind of mission: those that the estimator lists, never a list of our own."""
 
 from ssjs_cli.config import ESTIMATOR, METHOD_KEY, UNDERWATER, SettingsKind, field_descriptions
 from ssjs_cli.errors import UserError, nearest_hint
