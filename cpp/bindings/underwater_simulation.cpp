@@ -74,11 +74,12 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   return dict;
 }
 
-py::dict simulate_auv_survey(std::uint64_t seed) {
+py::dict simulate_auv_survey(std::uint64_t seed, const py::dict& vehicle) {
+  const auto simulated = config_from<AuvSimulationConfig>(vehicle);
   SimulatedSurvey survey;
   {
     const py::gil_scoped_release released;
-    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), AuvSimulationConfig{}, seed);
+    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), simulated, seed);
   }
   return survey_dict(survey);
 }
@@ -139,8 +140,10 @@ py::object next_pings(SideScanMission& mission, std::size_t most) {
 }  // namespace
 
 void add_underwater_simulation(py::module_& module) {
-  module.def("simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0,
-             "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth.");
+  module.def(
+      "simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0, py::arg("vehicle") = py::dict(),
+      "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth. vehicle: "
+      "settings of the simulated vehicle and its sensors that differ from their defaults.");
   py::class_<SideScanMission>(module, "SideScanMission", "A simulated survey with side-scan sonar.")
       .def(py::init(&side_scan_mission), py::arg("config") = py::dict(), py::arg("seed") = 0)
       .def(

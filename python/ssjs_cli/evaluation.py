@@ -101,6 +101,7 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
     errors = online_errors = None
     moved_reference = nees = None
     final, final_covariance = last_of_each_time(estimate.final, estimate.final_covariance)
+    online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
     if track is not None:
         summary["alignment"] = description.alignment
         measured = _trajectory_error(final, track, description, description.outlier_m)
@@ -112,7 +113,6 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
         else:
             reference_T_estimate = np.asarray(measured["reference_T_estimate"], dtype=np.float64)
             errors = _error_table(final, final_covariance, track, measured, description)
-            online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
             online_measured = _trajectory_error(online, track, description, description.outlier_m)
             if online_measured is not None:
                 online_errors = _error_table(online, online_covariance, track, online_measured, description)
@@ -122,6 +122,10 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
     if reference.truth is not None and errors is not None:
         truth_T_estimate = start_frame(final, reference.truth, description.max_gap_s, reference_T_estimate)
         nees = _pose_nees(summary, final, final_covariance, estimate.update_time_s, reference.truth, truth_T_estimate, description)
+        for prefix, series, covariance in (("", final, final_covariance), ("online_", online, online_covariance)):
+            judged = position_consistency(series, covariance, reference.truth, truth_T_estimate, description.max_gap_s)
+            if judged is not None:
+                summary[f"nees_position_{prefix}per_dof"], summary[f"inside_3_sigma_{prefix}fraction"] = judged
         _summarize_bases(summary, estimate, reference.truth, truth_T_estimate, description)
     if reference.landmarks is not None:
         _summarize_map(summary, estimate, reference.landmarks, reference_T_estimate, truth_T_estimate)
@@ -340,6 +344,24 @@ def pose_nees(
             times.append(time)
             values.append(value)
     return np.array(times), np.array(values)
+
+
+def position_consistency(
+    series: PoseSeries, covariance: FloatArray, truth: PoseSeries, truth_T_estimate: FloatArray, max_gap_s: float
+) -> tuple[float, float] | None:
+    """(E-10) Over all rows that the truth covers: the mean NEES of x, y per degree of freedom, and the share of rows whose errors along x
+    and y both lie within three of their standard deviations. Rows that are exact by definition are left out."""
+    errors, rows = _pose_errors(series, truth, truth_T_estimate, max_gap_s)
+    R = _rotation(truth_T_estimate[2])
+    P = R @ _symmetric(covariance[rows])[:, :2, :2] @ R.T
+    determinant = P[:, 0, 0] * P[:, 1, 1] - P[:, 0, 1] ** 2
+    known = (determinant > 0.0) & (P[:, 0, 0] > 0.0)
+    if not known.any():
+        return None
+    (x, y), P = errors[known, :2].T, P[known]
+    nees = (P[:, 1, 1] * x**2 - 2.0 * P[:, 0, 1] * x * y + P[:, 0, 0] * y**2) / determinant[known]
+    inside = (np.abs(x) <= 3.0 * np.sqrt(P[:, 0, 0])) & (np.abs(y) <= 3.0 * np.sqrt(P[:, 1, 1]))
+    return float(nees.mean()) / POINT_DOF, float(inside.mean())
 
 
 def _pose_nees(

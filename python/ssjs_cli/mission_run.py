@@ -20,6 +20,7 @@ from ssjs_cli.config import (
     UNDERWATER,
     VEHICLE_KEY,
     Layer,
+    Scalar,
     Settings,
     SettingsKind,
     checked_seed,
@@ -50,6 +51,7 @@ from ssjs_cli.formats.run_directory import (
     why_not_a_run,
     write_estimate,
 )
+from ssjs_cli.methods import refuse_elsewhere
 from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
@@ -112,6 +114,8 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
         layer, file_seed = layer_from_file(request.config_path, kind)
         layers.append(layer)
     layers.append(layer_from_assignments(request.assignments, kind))
+    if request.method is not None:
+        refuse_elsewhere(request.method, kind, "--method")
     layers.append(layer_from_flag("--method", METHOD_KEY, request.method, kind))
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
     if kind is UNDERWATER:
@@ -122,6 +126,14 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
     seed = request.seed if request.seed is not None else file_seed
     return resolve(layers, kind), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+
+
+def with_contacts(mission: Mission, settings: Mapping[str, Scalar], lost: list[str]) -> tuple[Mission, list[Sighting]]:
+    """The mission with what is found in its sonar logs, where it does not bring its observations along."""
+    if not mission.sonar_logs or mission.points is not None:
+        return mission, []
+    sightings = sightings_in(mission.sonar_logs, sonar_values(settings), lost)
+    return replace(mission, points=body_points(sightings)), sightings
 
 
 def settings_kind(mission: Mission) -> SettingsKind:
@@ -231,8 +243,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     sightings: list[Sighting] = []
     if mission.sonar_logs and mission.points is None:
         with working("looking for contacts in the sonar logs"):
-            sightings = sightings_in(mission.sonar_logs, sonar_values(settings.values), lost)
-        mission = replace(mission, points=body_points(sightings))
+            mission, sightings = with_contacts(mission, settings.values, lost)
         stopwatch.lap("detect")
     log = build_log(mission, settings, directory, lost)
     if not mission.has_observations:
@@ -282,7 +293,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
 def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Callable[[float], bool]) -> dict[str, Any]:
     try:
         if isinstance(log, _core.NavigationLog):
-            return _core.run_levelled(levelled_values(settings), log, progress)
+            return _core.run_levelled(levelled_values(settings), log, progress, seed)
         return _core.run(dict(settings), log, seed, progress)
     except ValueError as error:
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error

@@ -10,7 +10,10 @@ import numpy as np
 from ssjs_cli import _core
 from ssjs_cli.config import (
     DEFAULT_SEED,
+    ESTIMATOR,
+    UNDERWATER,
     VEHICLE_KEY,
+    SettingsKind,
     checked_seed,
     flatten,
     layer_from_tables,
@@ -38,6 +41,10 @@ class Scenario:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def kind(self) -> SettingsKind:
+        return UNDERWATER if self.built_in in UNDERWATER_SCENARIOS else ESTIMATOR
+
+    @property
     def identity(self) -> dict[str, Any]:
         """All that determines its mission, but for the seed."""
         return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings)}
@@ -50,7 +57,6 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
         return Scenario(text, DEFAULT_SEED if seed is None else seed, built_in=text)
     document = read_scenario_file(path)
     settings = document.get("settings", {})
-    layer_from_tables(settings, f"{path} [settings]")
     file_seed = None if document.get("seed") is None else checked_seed(document["seed"], f"{path}: seed")
     chosen = seed if seed is not None else file_seed
     scenario = Scenario(
@@ -61,6 +67,7 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
         description=document["description"],
         settings=settings,
     )
+    layer_from_tables(settings, f"{path} [settings]", scenario.kind)
     if scenario.world is not None:
         simulator_config(scenario.world, str(path))
     return scenario

@@ -1,5 +1,6 @@
 """The built-in surveys of an underwater vehicle, as missions with truth."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
-from ssjs_cli.config import UNDERWATER, layer_from_tables
+from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables, nest
 from ssjs_cli.formats.mission import BodyPoints, Mission, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
@@ -16,14 +17,18 @@ from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.formats.xtf_writer import SideScanPings, write_xtf
 
 AUV_SURVEY = "auv-survey"
+WEAK_HEADING_SURVEY = "auv-survey-weak-heading"
 SIDE_SCAN_SURVEY = "side-scan-survey"
 SIDE_SCAN_SURVEY_LARGE = "side-scan-survey-large"
-UNDERWATER_SCENARIOS = (AUV_SURVEY, SIDE_SCAN_SURVEY, SIDE_SCAN_SURVEY_LARGE)
+UNDERWATER_SCENARIOS = (AUV_SURVEY, WEAK_HEADING_SURVEY, SIDE_SCAN_SURVEY, SIDE_SCAN_SURVEY_LARGE)
 
 # What differs from the simulator's own defaults: 300 m x 400 m.
 LARGE_SURVEY: Mapping[str, Any] = MappingProxyType(
     {"lines.lines": 11, "lines.line_length_m": 400.0, "lines.line_spacing_m": 30.0, "lines.cross_lines": 5, "objects": 300}
 )
+# Turn rates of 4 deg/s noise instead of 0.2, and a filter that knows it and leaves the compass alone: 1.3 deg/sqrt(s) of heading are lost.
+WEAK_HEADING_VEHICLE: Mapping[str, Any] = MappingProxyType({"motion.gyro_sigma_rad_s": math.radians(4.0)})
+WEAK_HEADING_SETTINGS: Mapping[str, Any] = MappingProxyType({**WEAK_HEADING_VEHICLE, "compass_use": "none"})
 # 2026-01-01: logs of sonars carry dates.
 SONAR_EPOCH_S = 1767225600.0
 PINGS_PER_BLOCK = 512
@@ -36,9 +41,11 @@ def simulate_underwater(built_in: str, name: str, description: str, settings: Ma
     """`built_in`: one of UNDERWATER_SCENARIOS, with the sensors that the filter's defaults describe."""
     layer_from_tables(settings, f"scenario {name}", UNDERWATER)
     said = description or f"simulated: {built_in}, seed {seed}"
-    if built_in == AUV_SURVEY:
-        survey = _core.simulate_auv_survey(seed)
-        return _mission(name, said, settings, survey, points=_points(survey))
+    if built_in in (AUV_SURVEY, WEAK_HEADING_SURVEY):
+        is_weak = built_in == WEAK_HEADING_SURVEY
+        survey = _core.simulate_auv_survey(seed, dict(WEAK_HEADING_VEHICLE) if is_weak else {})
+        known = nest({**(WEAK_HEADING_SETTINGS if is_weak else {}), **dict(flatten(settings))})
+        return _mission(name, said, known, survey, points=_points(survey))
     sonar = _core.SideScanMission(dict(LARGE_SURVEY) if built_in == SIDE_SCAN_SURVEY_LARGE else {}, seed)
     survey = _dated(sonar.survey())
 

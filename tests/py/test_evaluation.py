@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssjs_cli.evaluation import evaluate, with_alignment
+from ssjs_cli.evaluation import evaluate, position_consistency, with_alignment
 from ssjs_cli.formats.mission import Fixes, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.number_table import FloatArray, read_table
 from ssjs_cli.formats.run_directory import ERROR_HEADER, REFERENCE_KEYS, Bases, Estimate, Landmarks
@@ -174,3 +174,21 @@ def test_the_tables_are_written_and_stale_ones_removed(tmp_path: Path) -> None:
     assert table["error_m"] == pytest.approx(np.full(11, 0.5))
     evaluate(estimate_of(), Reference(ReferenceDescription())).write(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_e10_errors_within_three_standard_deviations() -> None:
+    # errors (1, 0) and (0, 7) m with standard deviations 1 and 2 m: NEES 1 and 49 / 4, per degree of freedom of two 0.5 and 6.125; the
+    # second lies 3.5 standard deviations off. A third pose is exact by definition and has none.
+    time_s = np.array([0.0, 1.0, 2.0])
+    truth = PoseSeries(np.array([0.0, 1.0, 2.0]), np.zeros((3, 3)))
+    estimate = PoseSeries(time_s, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.0, 7.0, -0.1]]))
+    covariance = np.array([[0.0] * 6, [1.0, 0.0, 0.0, 4.0, 0.0, 1.0], [1.0, 0.0, 0.0, 4.0, 0.0, 1.0]])
+    judged = position_consistency(estimate, covariance, truth, np.zeros(3), 10.0)
+    assert judged is not None
+    assert judged[0] == pytest.approx((0.5 + 6.125) / 2)
+    assert judged[1] == 0.5
+    # the same in a frame turned by 90 degrees, with the covariance of its own axes
+    turned = PoseSeries(time_s, np.array([[0.0, 0.0, 0.0], [0.0, -1.0, 0.0], [7.0, 0.0, 0.0]]))
+    swapped = covariance[:, [3, 1, 2, 0, 4, 5]]
+    assert position_consistency(turned, swapped, truth, np.array([0.0, 0.0, np.pi / 2]), 10.0) == pytest.approx(judged)
+    assert position_consistency(estimate, np.zeros((3, 6)), truth, np.zeros(3), 10.0) is None

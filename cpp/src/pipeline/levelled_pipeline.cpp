@@ -1,10 +1,10 @@
 #include "ssjs/pipeline/levelled_pipeline.hpp"
 
 #include <chrono>
-#include <limits>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
 namespace ssjs {
@@ -12,28 +12,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-LevelledBuilderConfig local_config(const LevelledConfig& config) {
-  throw_if_any(config.violations());
-  LevelledBuilderConfig local = config.local;
-  if (config.method == LevelledMethod::kOneMap) {
-    local.split.policy = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
-    local.split.longest_m = std::numeric_limits<double>::max();
-  }
-  return local;
-}
-
 }  // namespace
-
-PortJoinerConfig joining_config(const LevelledConfig& config) {
-  PortJoinerConfig joining = config.joining;
-  joining.association =
-      config.local.association.method == AssociationMethod::kKnown ? AssociationMethod::kKnown : AssociationMethod::kJointCompatibility;
-  return joining;
-}
 
 std::vector<std::string> LevelledConfig::violations() const {
   std::vector<std::string> found = ssjs::violations(*this);
-  const CompassUse use = local.compass_use;
+  const CompassUse use = method == LevelledMethod::kNaiveHeading ? CompassUse::kFirstReading : local.compass_use;
   if (joining.north_offset_rad && (use == CompassUse::kFirstReading || use == CompassUse::kNone)) {
     found.emplace_back(
         "joining.north_offset_rad: with compass_use = first_reading or none the maps hold no compass that could tell where north is: leave "
@@ -42,9 +25,9 @@ std::vector<std::string> LevelledConfig::violations() const {
   return found;
 }
 
-LevelledPipeline::LevelledPipeline(const LevelledConfig& config)
+LevelledPipeline::LevelledPipeline(const LevelledConfig& config, std::uint64_t seed)
     : builder_(local_config(config)),
-      joiner_(joining_config(config)),
+      joiner_(make_survey_joiner(config, seed)),
       dead_reckoning_(config.local.velocity_log, config.joining.north_offset_rad),
       joining_(config.joining) {}
 
@@ -55,8 +38,8 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
   dead_reckoning_.feed(tick);
   if (local.closed) {
     const auto begin = Clock::now();
-    report.join = joiner_.take(std::move(*local.closed));
-    global_T_base_ = joiner_.global_T_newest_base();
+    report.join = joiner_->take(std::move(*local.closed));
+    global_T_base_ = joiner_->global_T_newest_base();
     report.association_time_s = report.join->association_time_s;
     report.global_time_s = std::chrono::duration<double>(Clock::now() - begin).count() - report.association_time_s;
   }
@@ -81,18 +64,9 @@ JoinReport LevelledPipeline::finish() {
   if (finished_) throw InvalidArgument("finish", "second call", "a mission ends once");
   finished_ = true;
   JoinReport report;
-  if (std::optional<LevelledSubmap> last = builder_.finish("end")) report = joiner_.take(std::move(*last));
-  if (!joiner_.maps().empty()) joiner_.finish();
+  if (std::optional<LevelledSubmap> last = builder_.finish("end")) report = joiner_->take(std::move(*last));
+  report.append(joiner_->finish());
   return report;
-}
-
-std::vector<SurveyStep> LevelledPipeline::trajectory() const {
-  std::vector<SurveyStep> trajectory;
-  for (const PortMap& map : maps()) {
-    const std::vector<SurveyStep> steps = steps_in_world(map, level());
-    trajectory.insert(trajectory.end(), steps.begin(), steps.end());
-  }
-  return trajectory;
 }
 
 }  // namespace ssjs

@@ -120,6 +120,10 @@ REFERENCE_KEYS = (
     "alignment",
     # Beyond the contract: the same errors of the online estimate, and what the means above are made of.
     "trajectory_median_m",
+    "nees_position_per_dof",
+    "inside_3_sigma_fraction",
+    "nees_position_online_per_dof",
+    "inside_3_sigma_online_fraction",
     "trajectory_online_rmse_m",
     "trajectory_online_reference_outliers",
     "reference_compared",
