@@ -10,6 +10,8 @@ import numpy as np
 from ssjs_cli import _core
 from ssjs_cli.config import (
     DEFAULT_SEED,
+    ESTIMATOR,
+    UNDERWATER,
     VEHICLE_KEY,
     checked_seed,
     flatten,
@@ -36,11 +38,12 @@ class Scenario:
     world: Mapping[str, Any] | None = None
     description: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    survey: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def identity(self) -> dict[str, Any]:
         """All that determines its mission, but for the seed."""
-        return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings)}
+        return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings), "survey": dict(self.survey)}
 
 
 def read_scenario(text: str, seed: int | None) -> Scenario:
@@ -50,7 +53,8 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
         return Scenario(text, DEFAULT_SEED if seed is None else seed, built_in=text)
     document = read_scenario_file(path)
     settings = document.get("settings", {})
-    layer_from_tables(settings, f"{path} [settings]")
+    kind = UNDERWATER if document.get("scenario") in UNDERWATER_SCENARIOS else ESTIMATOR
+    layer_from_tables(settings, f"{path} [settings]", kind)
     file_seed = None if document.get("seed") is None else checked_seed(document["seed"], f"{path}: seed")
     chosen = seed if seed is not None else file_seed
     scenario = Scenario(
@@ -60,7 +64,10 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
         world={table: document[table] for table in WORLD_TABLES} if "path" in document else None,
         description=document["description"],
         settings=settings,
+        survey=document.get("survey", {}),
     )
+    if scenario.survey and scenario.built_in not in UNDERWATER_SCENARIOS:
+        raise UserError(f"{path}: [survey] is for the underwater scenarios {', '.join(UNDERWATER_SCENARIOS)}; leave it out")
     if scenario.world is not None:
         simulator_config(scenario.world, str(path))
     return scenario
@@ -82,7 +89,9 @@ def _simulated(scenario: Scenario) -> dict[str, Any]:
 
 def simulate_mission(scenario: Scenario) -> Mission:
     if scenario.built_in in UNDERWATER_SCENARIOS:
-        return simulate_underwater(scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed)
+        return simulate_underwater(
+            scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed, scenario.survey
+        )
     simulated = _simulated(scenario)
     settings = {**dict(simulated["config"]), **dict(flatten(scenario.settings))}
     resolve([layer_from_tables(nest(settings), f"scenario {scenario.name}")])
