@@ -13,6 +13,7 @@ from ssjs_cli.config import (
     ESTIMATOR,
     UNDERWATER,
     VEHICLE_KEY,
+    SettingsKind,
     checked_seed,
     flatten,
     layer_from_tables,
@@ -46,6 +47,14 @@ class Scenario:
         return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings), "survey": dict(self.survey)}
 
 
+def settings_kind_of(scenario: Scenario) -> SettingsKind:
+    return _kind_of(scenario.built_in)
+
+
+def _kind_of(built_in: str) -> SettingsKind:
+    return UNDERWATER if built_in in UNDERWATER_SCENARIOS else ESTIMATOR
+
+
 def read_scenario(text: str, seed: int | None) -> Scenario:
     """A built-in name, or a TOML file."""
     path = Path(text)
@@ -53,8 +62,7 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
         return Scenario(text, DEFAULT_SEED if seed is None else seed, built_in=text)
     document = read_scenario_file(path)
     settings = document.get("settings", {})
-    kind = UNDERWATER if document.get("scenario") in UNDERWATER_SCENARIOS else ESTIMATOR
-    layer_from_tables(settings, f"{path} [settings]", kind)
+    layer_from_tables(settings, f"{path} [settings]", _kind_of(document.get("scenario", "")))
     file_seed = None if document.get("seed") is None else checked_seed(document["seed"], f"{path}: seed")
     chosen = seed if seed is not None else file_seed
     scenario = Scenario(
