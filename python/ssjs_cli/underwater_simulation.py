@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
-from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables
+from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables, nest
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.mission import BodyPoints, Mission, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation
@@ -55,6 +55,9 @@ SONAR_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         },
     }
 )
+# Settings that a mission brings along. Looked for are objects of 0.4 m and more: with a pixel more on each side, 6 columns of 0.1 m across
+# the track and 4 pings 0.21 m apart.
+SCENARIO_SETTINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType({REMUS_SURVEY: {"sonar.highlight_shadow.smallest_highlight_px": 24}})
 UNDERWATER_SCENARIOS = (AUV_SURVEY, *SONAR_SCENARIOS)
 
 # 2026-01-01: logs of sonars carry dates.
@@ -70,6 +73,7 @@ def simulate_underwater(
 ) -> Mission:
     """`built_in`: one of UNDERWATER_SCENARIOS, with the sensors that the filter's defaults describe. `changes`: tables or dotted keys of
     the simulator, laid over those of the scenario."""
+    settings = nest({**SCENARIO_SETTINGS.get(built_in, {}), **dict(flatten(settings))})
     layer_from_tables(settings, f"scenario {name}", UNDERWATER)
     said = description or f"simulated: {built_in}, seed {seed}"
     if built_in == AUV_SURVEY:
