@@ -12,7 +12,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 LevelledBuilderConfig local_config(const LevelledConfig& config) {
-  throw_if_any(violations(config));
+  throw_if_any(config.violations());
   LevelledBuilderConfig local = config.local;
   if (config.method == LevelledMethod::kOneMap) {
     local.split.policy = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
@@ -30,6 +30,17 @@ PortJoinerConfig joining_config(const LevelledConfig& config) {
 }
 
 }  // namespace
+
+std::vector<std::string> LevelledConfig::violations() const {
+  std::vector<std::string> found = ssjs::violations(*this);
+  const CompassUse use = local.compass_use;
+  if (joining.north_offset_rad && (use == CompassUse::kFirstReading || use == CompassUse::kNone)) {
+    found.emplace_back(
+        "joining.north_offset_rad: with compass_use = first_reading or none the maps hold no compass that could tell where north is: leave "
+        "it out, or set compass_use = filter or mean");
+  }
+  return found;
+}
 
 LevelledPipeline::LevelledPipeline(const LevelledConfig& config)
     : builder_(local_config(config)),

@@ -111,10 +111,13 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
   result.ticks = static_cast<int>(n);
   ask(1.0);
-  put_trajectory(result, pipeline.trajectory(), by_tick);
+  const std::vector<SurveyStep> trajectory = pipeline.trajectory();
+  put_trajectory(result, trajectory, by_tick);
   put_bases(result, pipeline);
   result.landmarks = pipeline.landmarks();
+  result.existence = judge_existence(result.landmarks, trajectory, config.existence);
   result.compass_jumps = pipeline.compass_jumps();
+  result.merged = pipeline.merged();
   for (std::size_t sensor = 0; sensor < kNavigationSensors; ++sensor) {
     result.sensors[sensor] = pipeline.statistics(static_cast<NavigationSensor>(sensor));
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,15 +82,18 @@ class LevelledBuilder {
   LevelledFilter filter_;
   LevelledJournal journal_;
   std::vector<MapLandmark> landmarks_;
+  std::vector<std::vector<double>> seen_s_;  ///< of each landmark
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
   std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
   double gyro_time_s_ = 0.0;
+  double compass_time_s_ = -std::numeric_limits<double>::infinity();
   std::array<bool, kNavigationSensors> met_{};  ///< heard in this map
   int index_ = 0;
   bool started_ = false;
   double start_time_s_ = 0.0, time_s_ = 0.0;
   double last_step_s_ = 0.0;
   double distance_m_ = 0.0;
+  double shortened_m_ = 0.0;  ///< of it that an uncertain heading may have taken (A-25)
   bool offset_known_ = false;
   // compass kept out of the filter
   int mean_samples_ = 0;

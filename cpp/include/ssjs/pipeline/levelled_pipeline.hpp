@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
+#include "ssjs/joining/landmark_existence.hpp"
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
@@ -23,12 +24,16 @@ struct LevelledConfig {
   LevelledMethod method = LevelledMethod::kPorts;
   LevelledBuilderConfig local;
   PortJoinerConfig joining;
+  ExistenceConfig existence;
+  /// Those of every field, and what does not fit together.
+  [[nodiscard]] std::vector<std::string> violations() const;
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("method", method, Choices<LevelledMethod>{{"ssjs", LevelledMethod::kPorts}, {"ekf", LevelledMethod::kOneMap}},
              "ssjs: submaps tied by the landmarks they share; ekf: one map for the whole mission");
     local.visit(v);
     v.section("joining", joining, "how submaps are tied to each other");
+    v.section("existence", existence, "which landmarks are objects: how often the sonar passed them and how often they showed");
   }
 };
 
@@ -65,6 +70,7 @@ class LevelledPipeline {
   [[nodiscard]] std::vector<SurveyStep> trajectory() const;
   [[nodiscard]] std::vector<SurveyLandmark> landmarks() const { return landmarks_in_world(maps(), level()); }
   [[nodiscard]] int compass_jumps() const { return joiner_.compass_jumps(); }
+  [[nodiscard]] int merged() const { return joiner_.merged(); }
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
 
  private:

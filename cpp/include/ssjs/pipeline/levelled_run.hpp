@@ -25,8 +25,9 @@ struct LevelledResult {
   std::vector<LoopAttempt> loops;
   std::vector<LevelledSubmap> submaps;  ///< without their steps
   std::vector<GaussianSe2> global_T_base;
-  Eigen::MatrixXd base_covariance;  ///< of all bases, 3 each; empty in a long mission
-  std::vector<SurveyLandmark> landmarks;
+  Eigen::MatrixXd base_covariance;        ///< of all bases, 3 each; empty in a long mission
+  std::vector<SurveyLandmark> landmarks;  ///< confirmed ones and others
+  ExistenceModel existence{};             ///< learnt on the way
   std::array<SensorStatistics, kNavigationSensors> sensors{};
 
   int ticks = 0, observations = 0, refused = 0, scan_wrong_pairs = 0;
@@ -34,6 +35,7 @@ struct LevelledResult {
   bool map_identities_known = false;
   int budget_exhausted = 0;
   int compass_jumps = 0;
+  int merged = 0;  ///< landmarks that were known twice
 
   double time_total_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
 };
