@@ -39,6 +39,7 @@ class Scenario:
     world: Mapping[str, Any] | None = None
     description: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    survey: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def kind(self) -> SettingsKind:
@@ -47,7 +48,7 @@ class Scenario:
     @property
     def identity(self) -> dict[str, Any]:
         """All that determines its mission, but for the seed."""
-        return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings)}
+        return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings), "survey": dict(self.survey)}
 
 
 def read_scenario(text: str, seed: int | None) -> Scenario:
@@ -66,8 +67,11 @@ def read_scenario(text: str, seed: int | None) -> Scenario:
         world={table: document[table] for table in WORLD_TABLES} if "path" in document else None,
         description=document["description"],
         settings=settings,
+        survey=document.get("survey", {}),
     )
     layer_from_tables(settings, f"{path} [settings]", scenario.kind)
+    if scenario.survey and scenario.built_in not in UNDERWATER_SCENARIOS:
+        raise UserError(f"{path}: [survey] is for the underwater scenarios {', '.join(UNDERWATER_SCENARIOS)}; leave it out")
     if scenario.world is not None:
         simulator_config(scenario.world, str(path))
     return scenario
@@ -89,7 +93,9 @@ def _simulated(scenario: Scenario) -> dict[str, Any]:
 
 def simulate_mission(scenario: Scenario) -> Mission:
     if scenario.built_in in UNDERWATER_SCENARIOS:
-        return simulate_underwater(scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed)
+        return simulate_underwater(
+            scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed, scenario.survey
+        )
     simulated = _simulated(scenario)
     settings = {**dict(simulated["config"]), **dict(flatten(scenario.settings))}
     resolve([layer_from_tables(nest(settings), f"scenario {scenario.name}")])
