@@ -4,6 +4,7 @@ from typing import Any
 
 from ssjs_cli.report.consistency_figures import Consistency, consistency
 from ssjs_cli.report.error_figures import axis_errors, position_error
+from ssjs_cli.report.geographic_axes import add_geographic_axes
 from ssjs_cli.report.headline import cards, number_groups, time_shares
 from ssjs_cli.report.map_figure import MapAxes, SubmapColours, draw_map
 from ssjs_cli.report.number_text import count_text, finite_number, percent_text, plain_text, seconds_text
@@ -11,6 +12,7 @@ from ssjs_cli.report.page_parts import Plot, render
 from ssjs_cli.report.replay import replay_data, timeline_spans
 from ssjs_cli.report.result_files import Columns, RunFiles
 from ssjs_cli.report.step_time_figures import step_times
+from ssjs_cli.report.survey_cards import survey_cards
 from ssjs_cli.report.survey_sections import survey_sections
 from ssjs_cli.report.tables import LOOP_COLUMNS, configuration_sections, loop_rows, submap_columns, submap_rows
 
@@ -27,6 +29,7 @@ def render_page(files: RunFiles) -> str:
         map_plot.missing = "landmarks.csv and trajectory.tum are missing or empty, so there is no map to draw."
     else:
         map_plot.figure, map_plot.notes = drawing.figure, drawing.notes
+        add_geographic_axes(drawing.figure, summary, axes)
     replay = replay_data(files, axes, colours) if drawing is not None else None
     plots = [map_plot, *_error_plots(files, axes), *_consistency_plots(files)]
     step_histogram, step_over_time, step_quantiles = _step_time_plots(files)
@@ -47,7 +50,7 @@ def render_page(files: RunFiles) -> str:
         title=_mission_name(files),
         subtitle=_text(summary, "description"),
         facts=_facts(files, duration_s),
-        cards=cards(summary, duration_s),
+        cards=[*survey_cards(files, duration_s), *cards(summary, duration_s)],
         groups=number_groups(summary),
         plots=by_id,
         survey=survey,
