@@ -110,7 +110,9 @@ SurveyBlock survey_block(std::vector<SideScanPing> pings, const SideScanSurveyCo
   return block;
 }
 
-SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config) : config_(config) { throw_if_any(config.violations()); }
+SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config, BlockSink sink) : config_(config), sink_(std::move(sink)) {
+  throw_if_any(config.violations());
+}
 
 std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   const SurveyBlock block = survey_block(pings_, config_);
@@ -122,6 +124,7 @@ std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   contacts = merge_contacts(std::move(contacts), config_.contact.merge_m);
   const auto is_others = [&](const SideScanContact& contact) { return contact.index < core_begin_ || contact.index >= core_end; };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_others), contacts.end());
+  if (sink_) sink_({block, contacts, first_index_, core_begin_, core_end});
   core_begin_ = core_end;
   return contacts;
 }

@@ -29,7 +29,7 @@ def demo(session: Session, scenario: str, method: str | None, seed: int | None, 
     from ssjs_cli.simulation import read_scenario, simulate_mission
 
     chosen = read_scenario(scenario, seed)
-    settings = resolve([layer_from_flag("--method", METHOD_KEY, method, chosen.kind)](chosen))
+    settings = resolve([layer_from_flag("--method", METHOD_KEY, method, chosen.kind)], chosen.kind)
     directory = Path(out) if out is not None else default_out(chosen.name, settings.method)
     check_replaceable(directory, force=force, why_not_ours=why_not_a_run, kind=RUN_KIND)
     mission_path = directory.with_name(directory.name + "-mission")

@@ -53,6 +53,12 @@ CONTACTS_FILE = "contacts.csv"
 CONTACTS_GEOJSON_FILE = "contacts.geojson"
 CONTACTS_KML_FILE = "contacts.kml"
 CONTACTS_GPKG_FILE = "contacts.gpkg"
+ALTITUDE_FILE = "altitude.csv"
+SIGHTINGS_FILE = "sightings.csv"
+COVERAGE_FILE = "coverage.npz"
+SNIPPETS_FOLDER = "snippets"
+WATERFALL_FOLDER = "waterfall"
+WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
 RUN_FILES = (
     SUMMARY_FILE,
     CONFIG_FILE,
@@ -81,6 +87,11 @@ RUN_FILES = (
     CONTACTS_GEOJSON_FILE,
     CONTACTS_KML_FILE,
     CONTACTS_GPKG_FILE,
+    ALTITUDE_FILE,
+    SIGHTINGS_FILE,
+    COVERAGE_FILE,
+    SNIPPETS_FOLDER,
+    WATERFALL_FOLDER,
 )
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"
