@@ -54,6 +54,7 @@ from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.contacts import Sighting, body_points, contacts_on_map, sightings_in
+from ssjs_cli.sonar.log_times import check_log_times
 from ssjs_cli.underwater_log import build_navigation_log, north, rotation_drive
 
 RUN_KIND = "run directory"
@@ -230,6 +231,8 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     warnings: list[str] = []
     sightings: list[Sighting] = []
     if mission.sonar_logs and mission.points is None:
+        if mission.navigation is not None:
+            check_log_times(mission.sonar_logs, mission.navigation.attitude.time_s)
         with working("looking for contacts in the sonar logs"):
             sightings = sightings_in(mission.sonar_logs, sonar_values(settings.values), lost)
         mission = replace(mission, points=body_points(sightings))
@@ -257,7 +260,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         estimate = estimate_of(result)
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)
-            if mission.navigation is not None:
+            if mission.odometry is None:
                 contacts = contacts_on_map(estimate, sightings)
                 write_contacts(partial, mission.name, estimate.final.pose[:, :2], contacts, mission.geodetic)
             evaluation = evaluate(estimate, mission.reference)
@@ -291,7 +294,9 @@ def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Ca
 def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str]:
     """What makes the track of an underwater vehicle worth little: no velocity over the bottom, a compass that jumps, and sensors that the
     filter hardly believes, because their noise, or another's, is not what the settings say."""
-    texts = []
+    texts: list[str] = []
+    if mission.odometry is not None:
+        return texts
     if mission.navigation is not None and (mission.navigation.velocity is None or not mission.navigation.velocity.bottom_lock.any()):
         texts.append("no velocity over the bottom: the vehicle is taken to keep the speed it starts with (start.speed_m_s)")
     jumps = result["counters"].get("compass_jumps", 0)
@@ -354,7 +359,7 @@ def _summary(
         "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
         "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
     }
-    if mission.navigation is not None:
+    if mission.odometry is None:
         summary["axis_names"] = ["x, ahead at the start", "y, starboard at the start"] if mission.geodetic is None else ["north", "east"]
         summary["sensors"] = numbers_of(result["sensors"])
     summary.update(measures(result, evaluation, timing))
