@@ -55,6 +55,7 @@ from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.contacts import Sighting, body_points, sightings_in
+from ssjs_cli.sonar.log_times import check_log_times
 from ssjs_cli.sonar.survey_record import SurveyRecord
 from ssjs_cli.survey_output import write_survey
 from ssjs_cli.underwater_log import build_navigation_log, north, rotation_drive
@@ -136,6 +137,8 @@ def with_contacts(
     pings look like."""
     if not mission.sonar_logs or mission.points is not None:
         return mission, []
+    if mission.navigation is not None:
+        check_log_times(mission.sonar_logs, mission.navigation.attitude.time_s)
     sightings = sightings_in(mission.sonar_logs, sonar_values(settings), lost, record)
     return replace(mission, points=body_points(sightings)), sightings
 
@@ -273,7 +276,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         estimate = estimate_of(result)
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)
-            survey = {} if mission.navigation is None else write_survey(partial, mission, estimate, sightings, record)
+            survey = {} if mission.odometry is not None else write_survey(partial, mission, estimate, sightings, record)
             evaluation = evaluate(estimate, mission.reference)
             evaluation.write(partial)
         lost += evaluation.lost
@@ -306,7 +309,9 @@ def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Ca
 def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str]:
     """What makes the track of an underwater vehicle worth little: no velocity over the bottom, a compass that jumps, and sensors that the
     filter hardly believes, because their noise, or another's, is not what the settings say."""
-    texts = []
+    texts: list[str] = []
+    if mission.odometry is not None:
+        return texts
     if mission.navigation is not None and (mission.navigation.velocity is None or not mission.navigation.velocity.bottom_lock.any()):
         texts.append("no velocity over the bottom: the vehicle is taken to keep the speed it starts with (start.speed_m_s)")
     jumps = result["counters"].get("compass_jumps", 0)
@@ -369,7 +374,7 @@ def _summary(
         "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
         "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
     }
-    if mission.navigation is not None:
+    if mission.odometry is None:
         summary["axis_names"] = ["x, ahead at the start", "y, starboard at the start"] if mission.geodetic is None else ["north", "east"]
         summary["sensors"] = numbers_of(result["sensors"])
         summary["geodetic"] = None if mission.geodetic is None else mission.geodetic.model_dump()
