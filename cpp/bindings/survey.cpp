@@ -197,7 +197,10 @@ py::dict simulated_pictures(const py::dict& seabed, const py::dict& track, const
 
 void add_survey(py::module_& module) {
   py::class_<SideScanSurvey>(module, "SideScanSurvey", "Contacts of a side-scan log, as its pings come.")
-      .def(py::init([](const py::dict& config) { return SideScanSurvey(survey_config(config)); }), py::arg("config") = py::dict())
+      .def(py::init([](const py::dict& config, const std::optional<HaarCascade>& cascade) {
+             return SideScanSurvey(survey_config(config), cascade);
+           }),
+           py::arg("config") = py::dict(), py::arg("cascade") = py::none(), "cascade: the model of that detector.")
       .def("feed_log", &feed_log, py::arg("log"), py::arg("most_pings") = 512,
            "The contacts that the next pings of the log complete; None at its end.")
       .def("finish", &finish, "The contacts of the pings still held.");

@@ -17,12 +17,14 @@ from ssjs_cli.config import (
     DEFAULT_SEED,
     ESTIMATOR,
     METHOD_KEY,
+    SONAR_MODEL,
     UNDERWATER,
     VEHICLE_KEY,
     Layer,
     Settings,
     SettingsKind,
     checked_seed,
+    core_sonar_values,
     layer_from_assignments,
     layer_from_file,
     layer_from_flag,
@@ -54,6 +56,7 @@ from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.contacts import Sighting, body_points, contacts_on_map, sightings_in
+from ssjs_cli.sonar.detector import detector_model
 from ssjs_cli.underwater_log import build_navigation_log, north, rotation_drive
 
 RUN_KIND = "run directory"
@@ -230,8 +233,12 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     warnings: list[str] = []
     sightings: list[Sighting] = []
     if mission.sonar_logs and mission.points is None:
+        model = detector_model(sonar_values(settings.values))
+        if model is not None:
+            digests[SONAR_MODEL.key] = model.digest
         with working("looking for contacts in the sonar logs"):
-            sightings = sightings_in(mission.sonar_logs, sonar_values(settings.values), lost)
+            cascade = None if model is None else model.cascade
+            sightings = sightings_in(mission.sonar_logs, core_sonar_values(settings.values), lost, cascade)
         mission = replace(mission, points=body_points(sightings))
         stopwatch.lap("detect")
     log = build_log(mission, settings, directory, lost)

@@ -28,21 +28,28 @@ class Sighting:
     found: Mapping[str, Any]
 
 
-def contacts_in(log: _core.SonarLog, config: Mapping[str, float | int | bool | str | None]) -> Iterator[dict[str, Any]]:
-    """As the survey measured them, to the end of the log."""
-    survey = _core.SideScanSurvey(config)
+def contacts_in(
+    log: _core.SonarLog, config: Mapping[str, float | int | bool | str | None], cascade: _core.HaarCascade | None = None
+) -> Iterator[dict[str, Any]]:
+    """As the survey measured them, to the end of the log. `cascade`: the model of that detector."""
+    survey = _core.SideScanSurvey(config, cascade)
     while (contacts := survey.feed_log(log, most_pings=PINGS_PER_BLOCK)) is not None:
         yield from contacts
     yield from survey.finish()
 
 
-def sightings_in(logs: Sequence[Path], config: Mapping[str, float | int | bool | str | None], lost: list[str]) -> list[Sighting]:
+def sightings_in(
+    logs: Sequence[Path],
+    config: Mapping[str, float | int | bool | str | None],
+    lost: list[str],
+    cascade: _core.HaarCascade | None = None,
+) -> list[Sighting]:
     """In the order of time; `lost` is told of the data that could not be read."""
     found = []
     for path in logs:
         log = open_log(path)
         try:
-            found += [Sighting(path.name, contact) for contact in contacts_in(log, config)]
+            found += [Sighting(path.name, contact) for contact in contacts_in(log, config, cascade)]
         except (ValueError, RuntimeError, MemoryError) as error:  # settings that each keep their rule and do not go together
             raise UserError(f"{path}: no contacts can be found with these settings sonar.*: {error}") from error
         lost += [f"{path}: {describe_problem(problem)}" for problem in log.info()["problems"] if problem["data_lost"]]
