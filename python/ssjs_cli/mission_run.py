@@ -17,6 +17,7 @@ from ssjs_cli.config import (
     DEFAULT_SEED,
     ESTIMATOR,
     METHOD_KEY,
+    SONAR_MODEL,
     UNDERWATER,
     VEHICLE_KEY,
     Layer,
@@ -24,6 +25,7 @@ from ssjs_cli.config import (
     Settings,
     SettingsKind,
     checked_seed,
+    core_sonar_values,
     layer_from_assignments,
     layer_from_file,
     layer_from_flag,
@@ -55,6 +57,7 @@ from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.contacts import Sighting, body_points, sightings_in
+from ssjs_cli.sonar.detector import detector_model
 from ssjs_cli.sonar.log_times import check_log_times
 from ssjs_cli.sonar.survey_record import SurveyRecord
 from ssjs_cli.survey_output import write_survey
@@ -139,7 +142,9 @@ def with_contacts(
         return mission, []
     if mission.navigation is not None:
         check_log_times(mission.sonar_logs, mission.navigation.attitude.time_s)
-    sightings = sightings_in(mission.sonar_logs, sonar_values(settings), lost, record)
+    model = detector_model(sonar_values(settings))
+    cascade = None if model is None else model.cascade
+    sightings = sightings_in(mission.sonar_logs, core_sonar_values(settings), lost, cascade, record)
     return replace(mission, points=body_points(sightings)), sightings
 
 
@@ -250,6 +255,9 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     sightings: list[Sighting] = []
     record = SurveyRecord()
     if mission.sonar_logs and mission.points is None:
+        model = detector_model(sonar_values(settings.values))
+        if model is not None:
+            digests[SONAR_MODEL.key] = model.digest
         with working("looking for contacts in the sonar logs"):
             mission, sightings = with_contacts(mission, settings.values, lost, record)
         stopwatch.lap("detect")
