@@ -56,9 +56,10 @@ class SideScanMission {
   [[nodiscard]] std::optional<SideScanPing> next_ping();
   /// Objects that came abeam of the last ping.
   [[nodiscard]] const std::vector<ObjectSighting>& sightings() const { return simulator_.sightings(); }
+  /// Where the sonar truly is at that time, which must not lie after the mission's end.
+  [[nodiscard]] SonarPose pose_at(double time_s) const;
 
  private:
-  [[nodiscard]] SonarPose pose_at(double time_s) const;
   void update_navigation(double time_s);
   [[nodiscard]] bool sonar_is_off() const;
 
