@@ -61,6 +61,10 @@ py::dict landmark_dict(const LevelledResult& result) {
   RowMatrix covariance(n, 6);
   std::vector<std::int64_t> times_seen;
   std::vector<std::int64_t> submap;
+  std::vector<std::int64_t> passes_seen;
+  std::vector<std::int64_t> passes_expected;
+  Eigen::VectorXd existence(n);
+  std::vector<bool> confirmed;
   std::vector<std::optional<std::int64_t>> identity;
   py::list maps;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -70,6 +74,10 @@ py::dict landmark_dict(const LevelledResult& result) {
     for (Eigen::Index j = 0; j < 6; ++j) covariance(i, j) = P[static_cast<std::size_t>(j)];
     times_seen.push_back(landmark.landmark.times_seen);
     submap.push_back(landmark.maps.front());
+    passes_seen.push_back(landmark.passes_seen);
+    passes_expected.push_back(landmark.passes_expected);
+    existence(i) = landmark.existence;
+    confirmed.push_back(landmark.confirmed);
     identity.push_back(landmark.landmark.source_id);
     maps.append(landmark.maps);
   }
@@ -80,6 +88,10 @@ py::dict landmark_dict(const LevelledResult& result) {
   dict["submap"] = array_of(submap);
   dict["landmark_id"] = identity;
   dict["maps"] = maps;
+  dict["passes_seen"] = array_of(passes_seen);
+  dict["passes_expected"] = array_of(passes_expected);
+  dict["existence"] = existence;
+  dict["confirmed"] = confirmed;
   return dict;
 }
 
@@ -130,6 +142,7 @@ py::dict to_python(const LevelledResult& result) {
   counters["scan_wrong_pairs"] = result.scan_wrong_pairs;
   counters["budget_exhausted"] = result.budget_exhausted;
   counters["compass_jumps"] = result.compass_jumps;
+  counters["landmarks_merged"] = result.merged;
   counters["samples_refused"] = result.refused;
   counters["fusion_dof"] = result.fusion_dof;
   dict["counters"] = counters;
@@ -162,8 +175,8 @@ py::dict run(const py::dict& config, NavigationLog& log, const std::optional<std
 void add_levelled(py::module_& module) {
   module.def("levelled_config_fields", &fields_of<LevelledConfig>, "Every configuration key of an underwater mission.");
   module.def(
-      "validate_levelled_config", [](const py::dict& values) { return violations(config_from<LevelledConfig>(values)); }, py::arg("values"),
-      "Every violation of a flat configuration, as text; unknown keys raise ValueError.");
+      "validate_levelled_config", [](const py::dict& values) { return config_from<LevelledConfig>(values).violations(); },
+      py::arg("values"), "Every violation of a flat configuration, as text; unknown keys raise ValueError.");
 
   using Array = py::EigenDRef<const Eigen::MatrixXd>;
   py::class_<NavigationLog>(module, "NavigationLog", "A log of an underwater vehicle, merged by time.")

@@ -5,6 +5,7 @@
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/pipeline/survey_factory.hpp"
+#include "ssjs/pipeline/vehicle_in_world.hpp"
 
 namespace ssjs {
 namespace {
@@ -12,6 +13,19 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 }  // namespace
+
+std::vector<std::string> LevelledConfig::violations() const {
+  std::vector<std::string> found = ssjs::violations(*this);
+  const CompassUse use = local.compass_use;
+  const bool is_naive = method == LevelledMethod::kNaiveHeading;
+  if (joining.north_offset_rad && (is_naive || use == CompassUse::kFirstReading || use == CompassUse::kNone)) {
+    const std::string setting = is_naive ? "method = ssjs-naive-heading" : "compass_use = first_reading or none";
+    const std::string mend = is_naive ? "another method" : "compass_use = filter or mean";
+    found.push_back("joining.north_offset_rad: with " + setting +
+                    " the maps hold no compass that could tell where north is: leave it out (none), or set " + mend);
+  }
+  return found;
+}
 
 LevelledPipeline::LevelledPipeline(const LevelledConfig& config, std::uint64_t seed)
     : builder_(local_config(config)),
@@ -31,7 +45,9 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
     report.association_time_s = report.join->association_time_s;
     report.global_time_s = std::chrono::duration<double>(Clock::now() - begin).count() - report.association_time_s;
   }
-  if (builder_.index() == 0 && builder_.offset_known() && joining_.north_offset_rad) face_north();
+  if (builder_.index() == 0 && builder_.offset_known() && joining_.north_offset_rad) {
+    global_T_base_ = base_facing_north(builder_.filter(), *joining_.north_offset_rad, joining_.north_offset_sigma_rad);
+  }
   report.submap = builder_.index();
   report.update = local.update;
   report.refused = local.refused;
@@ -41,31 +57,9 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
   return report;
 }
 
-/// Until the first map is closed, base 0 heads where its compass says.
-void LevelledPipeline::face_north() {
-  constexpr Eigen::Index kStart = VehicleLayout::kStartOffset;
-  const double sigma = joining_.north_offset_sigma_rad;
-  global_T_base_.mean.heading = wrap_angle(builder_.filter().vehicle()(kStart) - *joining_.north_offset_rad);
-  global_T_base_.covariance(2, 2) = builder_.filter().vehicle_covariance()(kStart, kStart) + sigma * sigma;
-}
-
-/// The base moves x, y and heading; depth, roll and pitch are absolute in the map already.
 SurveyStep LevelledPipeline::global_T_vehicle() const {
-  const std::vector<Eigen::Index> planar{0, 1, 5};
-  const VehicleVector x = builder_.filter().vehicle();
-  const Matrix6d P = builder_.filter().vehicle_covariance().topLeftCorner<6, 6>();
-  const Se2 base_T_vehicle = Se2::from_vector(x(planar));
-  const Se2 global = global_T_base_.mean * base_T_vehicle;
-  Matrix6d J = Matrix6d::Identity();
-  J.topLeftCorner<2, 2>() = global_T_base_.mean.rotation();
-  SurveyStep step;
-  step.time_s = builder_.time_s();
-  step.global_T_vehicle = x.head<6>();
-  step.global_T_vehicle(planar) = global.vector();
-  step.covariance = J * P * J.transpose();
-  const Eigen::Matrix3d J_base = compose_jacobian_left(global_T_base_.mean, base_T_vehicle);
-  step.covariance(planar, planar) += J_base * global_T_base_.covariance * J_base.transpose();
-  return step;
+  const LevelledFilter& filter = builder_.filter();
+  return vehicle_in_world(global_T_base_, filter.vehicle(), filter.vehicle_covariance().topLeftCorner<6, 6>(), builder_.time_s());
 }
 
 JoinReport LevelledPipeline::finish() {

@@ -69,6 +69,8 @@ TEST(LevelledPipeline, OneMapForTheWholeMissionIsNeverClosed) {
   const LevelledResult result = run_levelled_mission(config, simulated.ticks);
   EXPECT_EQ(result.submaps.size(), 1U);
   EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.7);
+  // what was seen again late corrects the way before it
+  EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.8 * rmse_m(result.online_pose, result.time_s, simulated));
 }
 
 /// Share of the remembered poses whose x and y both lie within three of their standard deviations.
@@ -175,6 +177,32 @@ TEST(LevelledPipeline, AfterASilenceOfHoursTheVehicleMayBeAnywhereAndYearsAreRef
     }
     EXPECT_GT(std::sqrt(largest), 20.0) << silence_s;
   }
+}
+
+TEST(LevelledPipeline, NorthWithoutACompassIsRefusedBeforeTheMission) {
+  LevelledConfig config;
+  config.joining.north_offset_rad = 0.1;
+  EXPECT_TRUE(config.violations().empty());
+  for (const CompassUse use : {CompassUse::kFirstReading, CompassUse::kNone}) {
+    config.local.compass_use = use;
+    ASSERT_EQ(config.violations().size(), 1U);
+    EXPECT_NE(config.violations().front().find("joining.north_offset_rad"), std::string::npos);
+    EXPECT_THROW(LevelledPipeline{config}, InvalidArgument);
+  }
+  config.local.compass_use = CompassUse::kMean;
+  EXPECT_TRUE(config.violations().empty());
+}
+
+TEST(LevelledPipeline, AMapWithoutAReadingSaysNothingOfTheMeanOffset) {
+  SimulatedSurvey simulated = survey(3);
+  for (NavigationTick& tick : simulated.ticks) {
+    if (tick.time_s > 300.0 && tick.time_s < 450.0) tick.compass_rad.reset();
+  }
+  LevelledConfig config = known_identities();
+  config.local.compass_use = CompassUse::kMean;
+  const LevelledResult result = run_levelled_mission(config, simulated.ticks);
+  EXPECT_GT(result.submaps.size(), 5U);
+  EXPECT_LT(final_error_m(result, simulated), 2.0);
 }
 
 TEST(LevelledPipeline, AMissionEndsOnce) {

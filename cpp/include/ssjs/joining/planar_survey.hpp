@@ -29,6 +29,7 @@ class PlanarSurvey final : public SurveyJoiner {
   [[nodiscard]] const std::deque<PortMap>& maps() const override { return maps_; }
   [[nodiscard]] SurveyEstimate estimate(std::size_t max_joint_bases) const override;
   [[nodiscard]] int compass_jumps() const override { return 0; }
+  [[nodiscard]] int merged() const override { return 0; }
 
  private:
   /// Where the observations of a track are: a landmark of a map.

@@ -1,5 +1,5 @@
 /// The global level of a survey: bases, compass offsets and landmarks that several levelled maps share. Every map is a factor over its
-/// ports. docs/math/ports.md (P-4, P-6..P-9).
+/// ports. docs/math/ports.md (P-4, P-6..P-9, P-19).
 #pragma once
 
 #include <Eigen/Core>
@@ -29,6 +29,9 @@ class PortLevel : public PortKnowledge {
   virtual void tie(const PortMap& map, const std::vector<Port>& ports) = 0;
   /// A new offset: that of index `from` plus a random walk of this variance (P-4).
   virtual void drift(int from, double variance) = 0;
+  /// Two landmarks are one (P-19): what the maps say of `gone` they say of `keep` from now on. `gone` keeps its index, is held fixed and
+  /// is not to be asked for. The caller renames the ports of the maps AFTER the call.
+  virtual void merge_landmarks(int keep, int gone) = 0;
   /// Best estimate of all that was told so far; covariance() and values() answer for it.
   virtual void settle() = 0;
   /// Gauss-Newton over everything, whatever the implementation.

@@ -16,6 +16,7 @@ class PortSurvey final : public SurveyJoiner {
   [[nodiscard]] const std::deque<PortMap>& maps() const override { return joiner_.maps(); }
   [[nodiscard]] SurveyEstimate estimate(std::size_t max_joint_bases) const override;
   [[nodiscard]] int compass_jumps() const override { return joiner_.compass_jumps(); }
+  [[nodiscard]] int merged() const override { return joiner_.merged(); }
 
  private:
   PortJoiner joiner_;

@@ -10,6 +10,7 @@
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/joining/divide_and_conquer.hpp"
+#include "ssjs/joining/landmark_existence.hpp"
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/joining/selective.hpp"
 #include "ssjs/joining/survey_joiner.hpp"
@@ -37,6 +38,9 @@ struct LevelledConfig {
   PortJoinerConfig joining;
   SelectiveJoinerConfig fusing;
   DivideAndConquerConfig dcs;
+  ExistenceConfig existence;
+  /// Those of every field, and what does not fit together.
+  [[nodiscard]] std::vector<std::string> violations() const;
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("method", method,
@@ -57,8 +61,12 @@ struct LevelledConfig {
     v.section("joining", joining, "how submaps are tied to each other");
     v.section("fusing", fusing, "how the planar methods join submaps");
     v.section("dcs", dcs, "divide and conquer");
+    v.section("existence", existence, "which landmarks are objects: how often the sonar passed them and how often they showed");
   }
 };
+
+/// config.joining, identities being known between maps where they are known within them.
+[[nodiscard]] PortJoinerConfig joining_config(const LevelledConfig& config);
 
 /// What one tick did.
 struct LevelledReport {
@@ -91,11 +99,10 @@ class LevelledPipeline {
   /// After finish().
   [[nodiscard]] SurveyEstimate estimate(std::size_t max_joint_bases) const { return joiner_->estimate(max_joint_bases); }
   [[nodiscard]] int compass_jumps() const { return joiner_->compass_jumps(); }
+  [[nodiscard]] int merged() const { return joiner_->merged(); }
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
 
  private:
-  void face_north();
-
   LevelledBuilder builder_;
   std::unique_ptr<SurveyJoiner> joiner_;
   DeadReckoning dead_reckoning_;

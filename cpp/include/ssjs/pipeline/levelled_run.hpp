@@ -26,8 +26,9 @@ struct LevelledResult {
   std::vector<LoopAttempt> loops;
   std::vector<LevelledSubmap> submaps;  ///< without their steps
   std::vector<GaussianSe2> global_T_base;
-  Eigen::MatrixXd base_covariance;  ///< of all bases, 3 each; empty in a long mission
-  std::vector<SurveyLandmark> landmarks;
+  Eigen::MatrixXd base_covariance;        ///< of all bases, 3 each; empty in a long mission
+  std::vector<SurveyLandmark> landmarks;  ///< confirmed ones and others
+  ExistenceModel existence{};             ///< learnt on the way
   std::vector<LiveMapEstimate> live_maps;
   std::array<SensorStatistics, kNavigationSensors> sensors{};
 
@@ -38,6 +39,7 @@ struct LevelledResult {
   bool map_identities_known = false;
   int budget_exhausted = 0;
   int compass_jumps = 0;
+  int merged = 0;  ///< landmarks that were known twice
 
   double time_total_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
 };
