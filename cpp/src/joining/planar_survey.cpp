@@ -111,7 +111,10 @@ SurveyLandmark PlanarSurvey::with_depth(const LandmarkEstimate& planar) const {
     information += 1.0 / map.covariance(z, z);
     weighted_depth += map.mean(z) / map.covariance(z, z);
     landmark.maps.push_back(seen.map);
+    const std::vector<double> seen_s = map.times_seen_s(seen.landmark);
+    landmark.seen_s.insert(landmark.seen_s.end(), seen_s.begin(), seen_s.end());
   }
+  std::sort(landmark.seen_s.begin(), landmark.seen_s.end());
   std::sort(landmark.maps.begin(), landmark.maps.end());
   landmark.maps.erase(std::unique(landmark.maps.begin(), landmark.maps.end()), landmark.maps.end());
   landmark.position << planar.position.mean, weighted_depth / information;

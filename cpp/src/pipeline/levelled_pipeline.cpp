@@ -16,11 +16,13 @@ using Clock = std::chrono::steady_clock;
 
 std::vector<std::string> LevelledConfig::violations() const {
   std::vector<std::string> found = ssjs::violations(*this);
-  const CompassUse use = method == LevelledMethod::kNaiveHeading ? CompassUse::kFirstReading : local.compass_use;
-  if (joining.north_offset_rad && (use == CompassUse::kFirstReading || use == CompassUse::kNone)) {
-    found.emplace_back(
-        "joining.north_offset_rad: with compass_use = first_reading or none the maps hold no compass that could tell where north is: leave "
-        "it out, or set compass_use = filter or mean");
+  const CompassUse use = local.compass_use;
+  const bool is_naive = method == LevelledMethod::kNaiveHeading;
+  if (joining.north_offset_rad && (is_naive || use == CompassUse::kFirstReading || use == CompassUse::kNone)) {
+    const std::string setting = is_naive ? "method = ssjs-naive-heading" : "compass_use = first_reading or none";
+    const std::string mend = is_naive ? "another method" : "compass_use = filter or mean";
+    found.push_back("joining.north_offset_rad: with " + setting +
+                    " the maps hold no compass that could tell where north is: leave it out (none), or set " + mend);
   }
   return found;
 }

@@ -14,7 +14,7 @@ namespace {
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
   if (config.slam.method != LevelledMethod::kPorts)
-    throw InvalidArgument("method", "ekf", "one map for the whole mission has no bounded step: use ssjs");
+    throw InvalidArgument("method", "not ssjs", "what joins online ties submaps by their ports, in bounded steps: use ssjs");
   return config;
 }
 

@@ -9,11 +9,6 @@
 namespace ssjs {
 namespace {
 
-/// Identities that are known in a map are known between maps.
-AssociationMethod between_maps(const LevelledConfig& config) {
-  return config.local.association.method == AssociationMethod::kKnown ? AssociationMethod::kKnown : AssociationMethod::kJointCompatibility;
-}
-
 /// The method for vehicles in the plane, where it is one.
 std::optional<Method> planar_method(LevelledMethod method) {
   switch (method) {
@@ -49,18 +44,20 @@ LevelledBuilderConfig local_config(const LevelledConfig& config) {
 
 PortJoinerConfig joining_config(const LevelledConfig& config) {
   PortJoinerConfig joining = config.joining;
-  joining.association = between_maps(config);
+  joining.association =
+      config.local.association.method == AssociationMethod::kKnown ? AssociationMethod::kKnown : AssociationMethod::kJointCompatibility;
   return joining;
 }
 
 std::unique_ptr<SurveyJoiner> make_survey_joiner(const LevelledConfig& config, std::uint64_t seed) {
+  const PortJoinerConfig joining = joining_config(config);
   if (const std::optional<Method> method = planar_method(config.method)) {
     std::optional<NorthOffset> north;
-    if (config.joining.north_offset_rad) north = {*config.joining.north_offset_rad, config.joining.north_offset_sigma_rad};
-    const JoinerParts parts{config.fusing, config.dcs, between_maps(config), config.local.split.policy.max_landmarks};
+    if (joining.north_offset_rad) north = {*joining.north_offset_rad, joining.north_offset_sigma_rad};
+    const JoinerParts parts{config.fusing, config.dcs, joining.association, config.local.split.policy.max_landmarks};
     return std::make_unique<PlanarSurvey>(make_joiner(*method, parts, seed), north);
   }
-  return std::make_unique<PortSurvey>(joining_config(config));
+  return std::make_unique<PortSurvey>(joining);
 }
 
 }  // namespace ssjs

@@ -39,7 +39,7 @@ class SurveyJoiner {
   [[nodiscard]] virtual SurveyEstimate estimate(std::size_t max_joint_bases) const = 0;
   /// Borders at which the compass offset was not what the map before had; 0 where a method does not hand it on.
   [[nodiscard]] virtual int compass_jumps() const = 0;
-  /// Landmarks that turned out to be one, after they had been taken for two.
+  /// Landmarks that were found to be another one after both had stood in the survey; 0 where such a find is a join like any other.
   [[nodiscard]] virtual int merged() const = 0;
 };
 

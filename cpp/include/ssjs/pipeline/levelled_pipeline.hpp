@@ -36,9 +36,9 @@ struct LevelledConfig {
   LevelledMethod method = LevelledMethod::kPorts;
   LevelledBuilderConfig local;
   PortJoinerConfig joining;
-  ExistenceConfig existence;
   SelectiveJoinerConfig fusing;
   DivideAndConquerConfig dcs;
+  ExistenceConfig existence;
   /// Those of every field, and what does not fit together.
   [[nodiscard]] std::vector<std::string> violations() const;
   template <class Visitor>
@@ -59,9 +59,9 @@ struct LevelledConfig {
              "each submap's first compass reading taken for exact (overconfident, for comparison)");
     local.visit(v);
     v.section("joining", joining, "how submaps are tied to each other");
-    v.section("existence", existence, "which landmarks are objects: how often the sonar passed them and how often they showed");
     v.section("fusing", fusing, "how the planar methods join submaps");
     v.section("dcs", dcs, "divide and conquer");
+    v.section("existence", existence, "which landmarks are objects: how often the sonar passed them and how often they showed");
   }
 };
 
