@@ -5,23 +5,30 @@
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
-#include "ssjs/survey/echo_profile.hpp"
 #include "ssjs/survey/object_centre.hpp"
+#include "ssjs/survey/object_trace.hpp"
 
 namespace ssjs {
 namespace {
 
-/// (SS-33) Both ends lie anywhere in the row where they are found: half the sum of two widths spread evenly.
-constexpr double kMiddleOfRows = 1.0 / 24.0;
-
 double or_zero(double value) { return std::isfinite(value) ? value : 0.0; }
 
-/// (SS-19) how far echo and shadow stand out of the seabed
-double confidence_of(const RangeProfile& profile, const cv::Range& echo, const ShadowEdges& shadow, double seabed_level) {
-  const double bright = profile[profile.brightest(echo)];
-  const double highlight_part = bright > 0 ? std::max(0.0, 1.0 - seabed_level / bright) : 0.0;
-  const double shadow_part = std::max(0.0, 1.0 - shadow.mean_grey / seabed_level);
-  return std::sqrt(highlight_part * shadow_part);
+TraceLevels trace_levels(const ContactConfig& config, double column_m) {
+  TraceLevels levels;
+  levels.seabed = config.seabed_level;
+  levels.shadow = config.dark_part * config.seabed_level;
+  levels.gap = static_cast<int>(std::lround(config.shadow_gap_m / column_m));
+  levels.least_shadow = config.least_shadow_m / column_m;
+  return levels;
+}
+
+/// (SS-33) Both ends lie anywhere in the row where they are found, the middle anywhere between what detector and trace say, and where
+/// the object runs out of the picture as much may be missing as is seen.
+double along_variance_m2(const ObjectTrace& trace, const cv::Rect& box, int rows, double spacing_m) {
+  const double apart = 0.5 * (trace.rows.first + trace.rows.end) - (box.y + 0.5 * box.height);
+  const bool is_cut = trace.rows.first <= 0 || trace.rows.end >= rows;
+  const double missing = is_cut ? trace.rows.end - trace.rows.first : 0.0;
+  return spacing_m * spacing_m * (1.0 / 24.0 + apart * apart / 12.0 + missing * missing);
 }
 
 }  // namespace
@@ -58,37 +65,30 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   const int near = starboard ? box.x - waterfall.nadir_column : waterfall.nadir_column - box.x - box.width;
   const cv::Range echo(std::max(near, 0), near + box.width);  // the box may reach over the nadir
   if (echo.size() <= 0) return std::nullopt;
-  const cv::Range box_rows(box.y, box.y + box.height);
-  const double skew = skew_of({waterfall, picture.grey, detected.side}, box_rows, echo, 2.0 * config.seabed_level);
-  const double box_middle = box.y + 0.5 * (box.height - 1);
-  const SwathView view(waterfall, picture.grey, detected.side, box_middle, skew);
-  const int trim = box.height / 4;  // the middle half: ends of an object are lower than its middle
-  const RangeProfile profile = range_profile(view, {box.y + trim, box.y + box.height - trim});
-  const double level = config.dark_part * config.seabed_level;
-  const int gap = static_cast<int>(std::lround(config.shadow_gap_m / waterfall.column_m));
-  const std::optional<ShadowEdges> shadow = shadow_behind(profile, echo, gap, level);
-  if (!shadow || (shadow->end - shadow->start) * waterfall.column_m < config.least_shadow_m) return std::nullopt;
-  const double near_column = near_edge(profile, echo, gap, shadow->start, config.seabed_level);
+  const SwathView upright(waterfall, picture.grey, detected.side);
+  const std::optional<ObjectTrace> trace =
+      trace_object(upright, {box.y, box.y + box.height}, echo, trace_levels(config, waterfall.column_m));
+  if (!trace || trace->confidence < config.least_confidence) return std::nullopt;
+  const ShadowEdges& shadow = trace->shadow;
+  // At the end of the swath an object is seen in part.
+  if (shadow.is_cut && (shadow.end - shadow.start) * waterfall.column_m < config.least_cut_shadow_m) return std::nullopt;
 
   SideScanContact contact;
-  contact.confidence = confidence_of(profile, echo, *shadow, config.seabed_level);
-  if (contact.confidence < config.least_confidence) return std::nullopt;
-
+  contact.confidence = trace->confidence;
   // (SS-33) abeam of the middle of echo and shadow
-  const RowExtent rows = along_extent(view, box_rows, near_column, *shadow, config.seabed_level);
-  const double middle = 0.5 * (rows.first + rows.end) - 0.5;  // row r is the ping at r
+  const double middle = 0.5 * (trace->rows.first + trace->rows.end) - 0.5;  // row r is the ping at r
   const auto abeam = static_cast<std::size_t>(std::clamp(std::lround(middle), 0L, static_cast<long>(picture.pings.size()) - 1));
   const SideScanPing& ping = picture.pings[abeam];
   if (!(ping.altitude_m > 0)) return std::nullopt;
 
   // (SS-18), (SS-35)
   const double first_m = first_return_m(ping);
-  const double moved = skew * (middle - box_middle);
-  if (!(shadow->start + moved > 0)) return std::nullopt;
+  const double moved = trace->skew * (middle - trace->middle_row);
+  if (!(shadow.start + moved > 0)) return std::nullopt;
   const auto slant = [&](double column) { return std::hypot((column + moved) * waterfall.column_m, first_m); };
-  const ObjectCentre centre = centre_of_object({first_m, slant(std::max(near_column, -moved)), slant(shadow->start), slant(shadow->end)});
-  contact.shadow_is_cut = shadow->is_cut;
-  contact.shadow_m = (shadow->end - shadow->start) * waterfall.column_m;
+  const ObjectCentre centre = centre_of_object({first_m, slant(std::max(trace->near, -moved)), slant(shadow.start), slant(shadow.end)});
+  contact.shadow_is_cut = shadow.is_cut;
+  contact.shadow_m = (shadow.end - shadow.start) * waterfall.column_m;
   contact.height_m = centre.height_m;
   contact.ground_range_m = centre.ground_range_m;
   contact.slant_range_m = std::hypot(contact.ground_range_m, first_m);
@@ -96,7 +96,8 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   const std::size_t first_row = abeam > 5 ? abeam - 5 : 0;
   const std::size_t last_row = std::min(abeam + 5, picture.pings.size() - 1);
   const double spacing_m = row_spacing_m(picture.pings, first_row, last_row);
-  contact.length_m = std::max((rows.end - rows.first) * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
+  contact.length_m =
+      std::max((trace->rows.end - trace->rows.first) * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
 
   SideScanGeometryConfig measured = geometry;
   if (std::isfinite(ping.speed_m_s)) measured.speed_m_s = ping.speed_m_s;
@@ -106,7 +107,8 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
       body_point({detected.side, contact.slant_range_m, ping.altitude_m, or_zero(ping.roll_rad), or_zero(ping.pitch_rad)}, measured);
   if (!point) return std::nullopt;
   point->position_m.x() += (middle - static_cast<double>(abeam)) * spacing_m;
-  point->covariance_m2(0, 0) += kMiddleOfRows * spacing_m * spacing_m;
+  point->covariance_m2(0, 0) += along_variance_m2(*trace, box, picture.grey.rows, spacing_m);  // (SS-33)
+  contact.box = {detected.side, box};
   contact.body_p_contact = *point;
   const SideScanChannel* channel = channel_of(ping, detected.side, 0);
   if (channel) contact.sample = sample_at_slant_range(ping, *channel, contact.slant_range_m);
@@ -148,6 +150,7 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
     surest.last_index = std::max(other->last_index, contact.last_index);
     surest.length_m = row_m * static_cast<double>(surest.last_index - surest.first_index + 1);
     surest.pieces = other->pieces + contact.pieces;
+    surest.box.box = other->box.box | contact.box.box;
     *other = surest;
   }
   std::sort(merged.begin(), merged.end(), [](const SideScanContact& a, const SideScanContact& b) {

@@ -6,7 +6,6 @@
 namespace ssjs {
 namespace {
 
-constexpr int kMarginRows = 3;
 constexpr double kEchoOverSeabed = 1.6;  // between the seabed and the weakest echoes of objects, twice as strong
 
 /// Where the profile passes the level between the middles of two neighbouring columns, as a part of their distance.
@@ -21,17 +20,6 @@ double smooth(const RangeProfile& profile, int column) {
   double sum = 0;
   for (int k = low; k <= high; ++k) sum += profile[k];
   return sum / (high - low + 1);
-}
-
-/// The middle half: ends of an object are lower than its middle.
-cv::Range middle_half(const cv::Range& rows) { return {rows.start + rows.size() / 4, rows.end - rows.size() / 4}; }
-
-double mean_between(const RangeProfile& profile, double from, double to) {
-  const int low = std::clamp(static_cast<int>(std::lround(from)), 0, profile.columns() - 1);
-  const int high = std::clamp(static_cast<int>(std::lround(to)), low + 1, profile.columns());
-  double sum = 0;
-  for (int k = low; k < high; ++k) sum += profile[k];
-  return sum / (high - low);
 }
 
 }  // namespace
@@ -123,40 +111,6 @@ double near_edge(const RangeProfile& profile, const cv::Range& echo, int gap, do
   }
   if (!(profile[first - 1] < level && profile[first] > level)) return first;
   return first - 0.5 + crossing(profile[first - 1], profile[first], 0.5 * (seabed_level + std::max(profile[first], level)));
-}
-
-RowExtent along_extent(const SwathView& view, const cv::Range& rows, double near, const ShadowEdges& shadow, double seabed_level) {
-  const int first = std::max(rows.start - kMarginRows, 0);
-  const int end = std::min(rows.end + kMarginRows, view.rows());
-  struct StandsOut {
-    double echo;
-    double shadow;
-  };
-  std::vector<StandsOut> by_row;
-  StandsOut inside{0, 0};
-  const cv::Range half = middle_half(rows);
-  for (int row = first; row < end; ++row) {
-    const RangeProfile profile = range_profile(view, {row, row + 1});
-    by_row.push_back(
-        {mean_between(profile, near, shadow.start) - seabed_level, seabed_level - mean_between(profile, shadow.start, shadow.end)});
-    if (row < half.start || row >= half.end) continue;
-    inside.echo += by_row.back().echo / half.size();
-    inside.shadow += by_row.back().shadow / half.size();
-  }
-  const auto part = [&](int row) {
-    const StandsOut& here = by_row[static_cast<std::size_t>(row - first)];
-    const double echo = inside.echo > 0 ? std::clamp(here.echo / inside.echo, 0.0, 1.0) : 0.0;
-    const double dark = inside.shadow > 0 ? std::clamp(here.shadow / inside.shadow, 0.0, 1.0) : 0.0;
-    return 0.5 * (echo + dark);
-  };
-  int low = rows.start + (rows.size() - 1) / 2;
-  int high = low;
-  while (low > first && part(low - 1) >= 0.5) --low;
-  while (high + 1 < end && part(high + 1) >= 0.5) ++high;
-  RowExtent extent{static_cast<double>(low), high + 1.0};
-  if (low > first) extent.first = low - 0.5 + crossing(part(low - 1), part(low), 0.5);
-  if (high + 1 < end) extent.end = high + 0.5 + crossing(part(high), part(high + 1), 0.5);
-  return extent;
 }
 
 }  // namespace ssjs

@@ -128,12 +128,20 @@ SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config, const std::op
 
 std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   const SurveyBlock block = survey_block(pings_, config_, cascade_ ? &*cascade_ : nullptr);
+  const ContactPicture picture{block.pings, block.waterfall, block.grey, first_index_};
   std::vector<SideScanContact> contacts;
   for (const ContactBox& box : block.boxes) {
-    const auto contact = measure_contact({block.pings, block.waterfall, block.grey, first_index_}, box, config_.contact, config_.geometry);
+    const auto contact = measure_contact(picture, box, config_.contact, config_.geometry);
     if (contact) contacts.push_back(*contact);
   }
   contacts = merge_contacts(std::move(contacts), config_.contact.merge_m);
+  for (SideScanContact& contact : contacts) {
+    if (contact.pieces == 1) continue;
+    std::optional<SideScanContact> whole = measure_contact(picture, contact.box, config_.contact, config_.geometry);
+    if (!whole) continue;
+    whole->pieces = contact.pieces;
+    contact = *whole;
+  }
   const auto is_others = [&](const SideScanContact& contact) { return contact.index < core_begin_ || contact.index >= core_end; };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_others), contacts.end());
   if (sink_) sink_({block, contacts, first_index_, core_begin_, core_end});

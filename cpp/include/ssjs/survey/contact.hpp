@@ -14,6 +14,12 @@
 
 namespace ssjs {
 
+/// Where a detector says an object is, in a ground-range waterfall.
+struct ContactBox {
+  SonarSide side = SonarSide::kStarboard;
+  cv::Rect box;  ///< of its echo, columns and rows
+};
+
 struct SideScanContact {
   std::uint32_t ping = 0;   ///< number of the ping that it is abeam of
   std::uint64_t index = 0;  ///< of that ping, counted from 0 in the order they were fed
@@ -32,13 +38,8 @@ struct SideScanContact {
   int pieces = 1;                  ///< detections that are this object
   std::uint64_t first_index = 0;   ///< pings in which it echoes
   std::uint64_t last_index = 0;
+  ContactBox box;           ///< of the detector, or of all pieces together; rows and columns of the picture that it was measured in
   SideScanPing navigation;  ///< the ping abeam without its channels: where the sonar was, with the altitude that was used
-};
-
-/// Where a detector says an object is, in a ground-range waterfall.
-struct ContactBox {
-  SonarSide side = SonarSide::kStarboard;
-  cv::Rect box;  ///< of its echo, columns and rows
 };
 
 struct ContactConfig {
@@ -46,6 +47,7 @@ struct ContactConfig {
   double dark_part = 0.7;
   double shadow_gap_m = 0.4;
   double least_shadow_m = 0.3;
+  double least_cut_shadow_m = 1.0;
   double least_confidence = 0.55;
   double merge_m = 1.0;
   template <class Visitor>
@@ -54,6 +56,7 @@ struct ContactConfig {
     v.field("dark_part", dark_part, Rule::open(0, 1), "a shadow is darker than this part of the seabed");
     v.field("shadow_gap_m", shadow_gap_m, Rule::not_negative(), "range between echo and shadow that is bridged");
     v.field("least_shadow_m", least_shadow_m, Rule::not_negative(), "shorter ones are speckle");
+    v.field("least_cut_shadow_m", least_cut_shadow_m, Rule::not_negative(), "the same where a shadow runs out of what was recorded");
     v.field("least_confidence", least_confidence, Rule::closed(0, 1), "contacts below it are dropped");
     v.field("merge_m", merge_m, Rule::not_negative(), "contacts of one side nearer than this along and across track are one");
   }
@@ -71,8 +74,8 @@ struct ContactPicture {
 [[nodiscard]] std::optional<SideScanContact> measure_contact(const ContactPicture& picture, const ContactBox& detected,
                                                              const ContactConfig& config, const SideScanGeometryConfig& geometry);
 
-/// Contacts of one side whose extents are nearer than `merge_m` become one: the measures are those of the surest piece, the extent that
-/// of all. In the order of pings, port before starboard.
+/// Contacts of one side whose extents are nearer than `merge_m` become one: the measures are those of the surest piece, extent and box
+/// those of all, so that it can be measured again. In the order of pings, port before starboard.
 [[nodiscard]] std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contacts, double merge_m);
 
 /// Metres along track between neighbouring rows, from projected positions, else from speed and time, else from

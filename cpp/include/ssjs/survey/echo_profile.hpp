@@ -21,12 +21,12 @@ class SwathView {
   SwathView(const Waterfall& waterfall, const cv::Mat& grey, SonarSide side, double middle_row = 0, double skew = 0)
       : waterfall_(waterfall), grey_(grey), side_(side), middle_row_(middle_row), skew_(skew) {}
 
+  /// The same side, following an object of that skew.
+  [[nodiscard]] SwathView along(double middle_row, double skew) const { return {waterfall_, grey_, side_, middle_row, skew}; }
   [[nodiscard]] int columns() const {
     return side_ == SonarSide::kStarboard ? grey_.cols - waterfall_.nadir_column : waterfall_.nadir_column;
   }
   [[nodiscard]] int rows() const { return grey_.rows; }
-  [[nodiscard]] double middle_row() const { return middle_row_; }
-  [[nodiscard]] double skew() const { return skew_; }
   /// None where nothing was recorded.
   [[nodiscard]] std::optional<double> level(int row, int column) const;
 
@@ -68,15 +68,5 @@ struct ShadowEdges {
 
 /// Where the echo begins that ends at `start`: at most `gap` columns before `echo`.
 [[nodiscard]] double near_edge(const RangeProfile& profile, const cv::Range& echo, int gap, double start, double seabed_level);
-
-struct RowExtent {
-  double first = 0;
-  double end = 0;
-};
-
-/// Where along track the object is: from the middle of its rows to both sides until echo (columns near .. start) and shadow (start ..
-/// end) together stand out half as much as in the middle half of the rows, or three rows beyond them.
-[[nodiscard]] RowExtent along_extent(const SwathView& view, const cv::Range& rows, double near, const ShadowEdges& shadow,
-                                     double seabed_level);
 
 }  // namespace ssjs

@@ -1,4 +1,5 @@
-/// Where the middle of an object lies, from the ranges between which it echoes and is dark. docs/math/side_scan.md (SS-18), (SS-32), (SS-34), (SS-35)
+/// Where the middle of an object lies, from the ranges between which it echoes and is dark. docs/math/side_scan.md (SS-18), (SS-32),
+/// (SS-34), (SS-35)
 #pragma once
 
 namespace ssjs {
