@@ -61,15 +61,24 @@ def body_points(sightings: Sequence[Sighting]) -> BodyPoints | None:
 
 
 def contacts_on_map(estimate: Estimate, sightings: Sequence[Sighting]) -> list[Contact]:
-    """One contact a landmark. What the sonar measured of it is that of its most trusted sighting."""
+    """One contact a confirmed landmark. What the sonar measured of it is that of its most trusted sighting."""
     landmarks = estimate.landmarks
     best = _best_sightings(estimate, sightings)
     contacts = []
+    passes = landmarks.passes
     for index, (x, y) in enumerate(landmarks.position):
+        if passes is not None and not passes.confirmed[index]:
+            continue
         xx, xy, yy = (float(value) for value in landmarks.covariance[index])
         depth = None if landmarks.depth_m is None else float(landmarks.depth_m[index])
         seen = int(landmarks.times_seen[index])
         sonar = sonar_part(best[index]) if index in best else {}
+        if passes is not None:
+            sonar |= {
+                "passes_seen": int(passes.seen[index]),
+                "passes_expected": int(passes.expected[index]),
+                "existence": float(passes.existence[index]),
+            }
         contacts.append(Contact(int(landmarks.ids[index]), float(x), float(y), (xx, xy, yy), seen, depth_m=depth, **sonar))
     return contacts
 

@@ -86,6 +86,7 @@ class LevelledBuilder {
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
   std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
   double gyro_time_s_ = 0.0;
+  std::optional<double> attitude_time_s_;
   double compass_time_s_ = -std::numeric_limits<double>::infinity();
   std::array<bool, kNavigationSensors> met_{};  ///< heard in this map
   int index_ = 0;
