@@ -17,7 +17,7 @@ struct CorrectedState {
   Eigen::MatrixXd covariance;  ///< of (base, entries), 3 + n
 };
 
-CorrectedState correct(const PortMap& map, Eigen::Index entries, const PortLevel& level) {
+CorrectedState correct(const PortMap& map, Eigen::Index entries, const PortKnowledge& level) {
   const Eigen::VectorXi rows = Eigen::VectorXi::LinSpaced(entries, 0, static_cast<int>(entries) - 1);
   const ConditionalPlacement m = place_rows(map, rows, level.values());
   CorrectedState state{m.mean - map.submap.mean.head(entries), {}};
@@ -77,7 +77,7 @@ std::vector<SurveyLandmark> landmarks_in_world(const std::deque<PortMap>& maps, 
   return shared;
 }
 
-std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortLevel& level) {
+std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortKnowledge& level) {
   std::map<Eigen::Index, CorrectedState> states;  // by how many entries a step follows: the same for nearly all
   const Se2& global_T_base = level.values().base(map.base());
   const Eigen::Matrix2d R = global_T_base.rotation();

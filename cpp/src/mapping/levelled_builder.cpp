@@ -280,6 +280,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
   if (tick.time_s - last_step_s_ >= config_.trajectory_interval_s * (1.0 - 1e-9)) {
     journal_.step(tick.time_s, filter_);
     last_step_s_ = tick.time_s;
+    result.remembered = true;
   }
 }
 

@@ -22,64 +22,62 @@ void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const Surve
   }
 }
 
+/// A pairing of maps that was used.
+template <class Pairing>
+void count(LevelledResult& result, const Pairing& pairing, double chi_squared) {
+  result.map_wrong_pairs += pairing.wrong_pairs.value_or(0);
+  result.map_identities_known = result.map_identities_known || (pairing.pairs > 0 && pairing.wrong_pairs.has_value());
+  result.fusion_chi_squared += chi_squared;
+  result.fusion_dof += pairing.dof;
+}
+
 void take(LevelledResult& result, const JoinReport& join) {
   result.loop_candidates += join.candidates;
+  result.fusions += join.fusions;
   result.budget_exhausted += join.budget_exhausted ? 1 : 0;
   result.time_association_s += join.association_time_s;
+  for (const NeighbourJoin& neighbours : join.neighbours) count(result, neighbours, neighbours.chi_squared);
   for (const LoopAttempt& loop : join.loops) {
     if (loop.accepted) {
       ++result.loop_closures;
-      result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
-      result.map_identities_known = result.map_identities_known || (loop.pairs > 0 && loop.wrong_pairs.has_value());
+      count(result, loop, loop.chi_squared.value_or(0.0));
     }
     result.loops.push_back(loop);
   }
 }
 
-/// What was so at a remembered time; the builder decides which ticks those are, and the final trajectory tells.
+/// What was so at a remembered tick; the final trajectory has a step for each.
 struct Remembered {
   SurveyStep online;
   Vector6d dead_reckoning;
   int submap;
 };
 
-void put_trajectory(LevelledResult& result, const std::vector<SurveyStep>& trajectory, const std::vector<Remembered>& by_tick) {
+void put_trajectory(LevelledResult& result, const std::vector<SurveyStep>& trajectory, const std::vector<Remembered>& remembered) {
   const auto n = static_cast<Eigen::Index>(trajectory.size());
   result.time_s.resize(n);
   for (RowMatrix* const poses : {&result.pose, &result.online_pose, &result.dead_reckoning}) poses->resize(n, 6);
   for (RowMatrix* const covariances : {&result.covariance, &result.online_covariance}) covariances->resize(n, 21);
-  auto tick = by_tick.begin();
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurveyStep& step = trajectory[static_cast<std::size_t>(i)];
-    while (tick->online.time_s < step.time_s || (std::next(tick) != by_tick.end() && std::next(tick)->online.time_s == step.time_s)) ++tick;
+    const Remembered& then = remembered[static_cast<std::size_t>(i)];
     result.time_s(i) = step.time_s;
     put(result.pose, result.covariance, i, step);
-    put(result.online_pose, result.online_covariance, i, tick->online);
-    result.dead_reckoning.row(i) = tick->dead_reckoning;
-    result.submap.push_back(tick->submap);
+    put(result.online_pose, result.online_covariance, i, then.online);
+    result.dead_reckoning.row(i) = then.dead_reckoning;
+    result.submap.push_back(then.submap);
   }
-}
-
-void put_bases(LevelledResult& result, const LevelledPipeline& pipeline) {
-  std::vector<Unknown> bases;
-  for (const PortMap& map : pipeline.maps()) {
-    bases.push_back({UnknownKind::kBase, map.base()});
-    result.global_T_base.push_back({pipeline.level().values().base(map.base()), pipeline.level().covariance({bases.back()})});
-    result.submaps.push_back(map.submap);
-    result.submaps.back().steps.clear();
-  }
-  if (!bases.empty() && bases.size() <= kMaxJointBases) result.base_covariance = pipeline.level().covariance(bases);
 }
 
 }  // namespace
 
-LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks, const ProgressSink& progress) {
+LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks, const ProgressSink& progress,
+                                    std::uint64_t seed) {
   LevelledResult result;
-  LevelledPipeline pipeline(config);
+  LevelledPipeline pipeline(config, seed);
   const std::size_t n = ticks.size();
   const std::size_t report_every = std::max<std::size_t>(1, n / 1000);
-  std::vector<Remembered> by_tick;
-  by_tick.reserve(n);
+  std::vector<Remembered> remembered;
   for (Eigen::VectorXd* const of_tick : {&result.tick_time_s, &result.step_time_us}) of_tick->resize(static_cast<Eigen::Index>(n));
   const auto begin = Clock::now();
   auto asked = begin;
@@ -95,7 +93,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
     const LevelledReport step = pipeline.feed(ticks[i]);
     result.step_time_us(static_cast<Eigen::Index>(i)) = 1e6 * std::chrono::duration<double>(Clock::now() - step_begin).count();
     result.tick_time_s(static_cast<Eigen::Index>(i)) = ticks[i].time_s;
-    by_tick.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
+    if (step.remembered) remembered.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
     if (step.update.dof > 0) result.updates.push_back({ticks[i].time_s, step.update.nis, step.update.dof});
     result.observations += step.observations;
     result.refused += step.refused;
@@ -111,11 +109,17 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
   result.ticks = static_cast<int>(n);
   ask(1.0);
-  const std::vector<SurveyStep> trajectory = pipeline.trajectory();
-  put_trajectory(result, trajectory, by_tick);
-  put_bases(result, pipeline);
-  result.landmarks = pipeline.landmarks();
-  result.existence = judge_existence(result.landmarks, trajectory, config.existence);
+  for (const PortMap& map : pipeline.maps()) {
+    result.submaps.push_back(map.submap);
+    result.submaps.back().steps.clear();
+  }
+  SurveyEstimate estimate = pipeline.estimate(kMaxJointBases);
+  put_trajectory(result, estimate.steps, remembered);
+  result.global_T_base = std::move(estimate.global_T_base);
+  result.base_covariance = std::move(estimate.base_covariance);
+  result.landmarks = std::move(estimate.landmarks);
+  result.existence = judge_existence(result.landmarks, estimate.steps, config.existence);
+  result.live_maps = std::move(estimate.live_maps);
   result.compass_jumps = pipeline.compass_jumps();
   result.merged = pipeline.merged();
   for (std::size_t sensor = 0; sensor < kNavigationSensors; ++sensor) {

@@ -33,6 +33,6 @@ struct SurveyStep {
 };
 
 /// The steps of one map, corrected by all that the survey knows of its ports. (P-14, P-15)
-[[nodiscard]] std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortLevel& level);
+[[nodiscard]] std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortKnowledge& level);
 
 }  // namespace ssjs

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "ssjs/joining/port_map.hpp"
+#include "ssjs/joining/port_knowledge.hpp"
 
 namespace ssjs {
 
@@ -19,13 +19,8 @@ struct OffsetPrior {
 /// Base 0 stands at the origin. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then the world's x axis is
 /// where the prior's headings start from, north. Two implementations: BatchPorts and RecursivePorts. Both take the same calls in the same
 /// order, an unknown's index being the next of its kind; the caller puts the ports into the map AFTER the call.
-class PortLevel {
+class PortLevel : public PortKnowledge {
  public:
-  PortLevel() = default;
-  PortLevel(const PortLevel&) = delete;
-  PortLevel& operator=(const PortLevel&) = delete;
-  virtual ~PortLevel() = default;
-
   /// North-aligned world: offset 0 has this prior, and base 0 its heading from the compass entry (`row`) of map 0. Before anything else.
   virtual void align_to_north(const PortMap& map, Eigen::Index row, const OffsetPrior& prior) = 0;
   /// Each port's unknown is new and gets its value from the map (P-7). All together, so that cross terms are kept.
@@ -41,10 +36,6 @@ class PortLevel {
   virtual void settle() = 0;
   /// Gauss-Newton over everything, whatever the implementation.
   virtual void adjust() = 0;
-
-  [[nodiscard]] virtual const PortValues& values() const = 0;
-  /// Joint covariance, rows_of(kind) rows an unknown (additive coordinates); zero where an unknown is held fixed.
-  [[nodiscard]] virtual Eigen::MatrixXd covariance(const std::vector<Unknown>& unknowns) const = 0;
 };
 
 /// Appends to `values` what `map` says of the ports' unknowns, which are the next of their kinds (P-7).
