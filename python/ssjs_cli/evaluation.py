@@ -297,7 +297,7 @@ def start_frame(series: PoseSeries, truth: PoseSeries, max_gap_s: float, otherwi
 def _summarize_map(
     summary: dict[str, Any], estimate: Estimate, truth: SurveyedLandmarks, reference_T_estimate: FloatArray, truth_T_estimate: FloatArray
 ) -> None:
-    landmarks = estimate.landmarks
+    landmarks = estimate.landmarks.claimed
     position = _into_reference_frame(landmarks.position, reference_T_estimate)
     ids: list[int | None] = landmarks.ids.tolist() if landmarks.ids_are_of_source else [None] * len(landmarks.ids)
     measured = _core.map_error(position, ids, truth.position_m, truth.ids, MAP_MATCH_DISTANCE_M, False)

@@ -82,15 +82,6 @@ void count_passes(SurveyLandmark& landmark, const std::vector<SurveyStep>& way, 
   }
 }
 
-/// Odds of an object against nothing, for `seen` of `expected` passes, at least one. (P-22)
-double likelihood_ratio(int seen, int expected, double detection, double chance) {
-  const double misses = expected - seen;
-  const double met = 1.0 - std::pow(1.0 - detection, expected);
-  const double object = std::pow(detection, seen) * std::pow(1.0 - detection, misses) / met;
-  const double nothing = std::pow(chance, seen - 1) * std::pow(1.0 - chance, misses);
-  return object * expected / (seen * nothing);  // C(n, k) against C(n - 1, k - 1)
-}
-
 }  // namespace
 
 std::optional<CoveredSwath> covered_swath(const std::vector<SurveyLandmark>& landmarks, const std::vector<SurveyStep>& way) {
@@ -112,16 +103,23 @@ std::optional<CoveredSwath> covered_swath(const std::vector<SurveyLandmark>& lan
   return CoveredSwath{quantile(across_m, outside), quantile(across_m, 1.0 - outside), quantile(turns_rad_s, 1.0 - outside)};
 }
 
+double existence_probability(int seen, int expected, const ExistenceModel& model, double chance_probability) {
+  const double detection = model.detection_probability;
+  const double misses = expected - seen;
+  double log_odds = std::log(model.real_probability / (1.0 - model.real_probability));
+  log_odds += std::log(static_cast<double>(expected) / seen);  // C(n, k) against C(n - 1, k - 1)
+  log_odds += seen * std::log(detection) + misses * std::log(1.0 - detection) - std::log(1.0 - std::pow(1.0 - detection, expected));
+  log_odds -= (seen - 1) * std::log(chance_probability) + misses * std::log(1.0 - chance_probability);
+  return 1.0 / (1.0 + std::exp(-log_odds));
+}
+
 ExistenceModel judge_existence(std::vector<SurveyLandmark>& landmarks, const std::vector<SurveyStep>& way, const ExistenceConfig& config) {
   throw_if_any(violations(config));
   const std::optional<CoveredSwath> swath = covered_swath(landmarks, way);
   for (SurveyLandmark& landmark : landmarks) count_passes(landmark, way, swath, config.pass_window_s);
   ExistenceModel model{config.real_probability, config.detection_probability};
   const auto existence_of = [&](const SurveyLandmark& landmark) {
-    const double odds =
-        model.real_probability / (1.0 - model.real_probability) *
-        likelihood_ratio(landmark.passes_seen, landmark.passes_expected, model.detection_probability, config.chance_probability);
-    return odds / (1.0 + odds);
+    return existence_probability(landmark.passes_seen, landmark.passes_expected, model, config.chance_probability);
   };
   for (int round = 0; round < kLearningRounds; ++round) {  // (P-23)
     double landmarks_sum = kLandmarksOfPrior;

@@ -18,6 +18,8 @@ constexpr double kLeastDriftVariance = 1e-9;  // rad^2, between the offsets at t
 constexpr double kUnknownOffsetRad = 10.0;    // sigma of an offset that no reading told
 constexpr double kGyroHolds = 20.0;           // gyro_step_s: a gyro that is silent for longer says nothing of the turn
 constexpr double kCompassHoldsS = 2.0;        // the same of a compass
+constexpr double kAttitudeHoldsS = 2.0;       // the same of roll and pitch, without which no map is begun ...
+constexpr double kAttitudeLostS = 1800.0;     // ... unless they never come back
 constexpr double kUntoldTurn = 0.25;          // rad/sqrt(s): a survey's turns, where neither gyro nor compass tells of them
 constexpr double kLongestSilenceS = 4.0 * 3600.0;
 constexpr double kMostSteps = 1000.0;          // of one prediction, however long the silence
@@ -78,7 +80,9 @@ TickResult LevelledBuilder::feed(const NavigationTick& tick) {
   predict_to(tick.time_s);
   GatedRows gated = gated_rows(tick, true);
   SightingAssociation association = associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association);
-  if (gated.velocity_valid || !config_.split.needs_velocity_fix) {
+  const double unlevelled_s = attitude_time_s_ ? time_s_ - *attitude_time_s_ : 0.0;
+  const bool can_begin = unlevelled_s <= kAttitudeHoldsS || unlevelled_s > kAttitudeLostS;
+  if (can_begin && (gated.velocity_valid || !config_.split.needs_velocity_fix)) {
     if (const auto reason =
             reason_to_close_map(static_cast<int>(association.fresh.size()))) {  // its samples are the new map's alone
       result.closed = close(*reason);
@@ -255,6 +259,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
   if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) {
     introduce_offset(*tick.compass_rad, config_.compass.sigma_rad);
   }
+  if (tick.roll_pitch_rad) attitude_time_s_ = tick.time_s;
   if (tick.compass_rad && corrects_heading(config_.compass_use)) compass_time_s_ = tick.time_s;
   if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
   for (const Eigen::Index i : association.fresh) {
@@ -275,6 +280,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
   if (tick.time_s - last_step_s_ >= config_.trajectory_interval_s * (1.0 - 1e-9)) {
     journal_.step(tick.time_s, filter_);
     last_step_s_ = tick.time_s;
+    result.remembered = true;
   }
 }
 

@@ -49,6 +49,7 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
     global_T_base_ = base_facing_north(builder_.filter(), *joining_.north_offset_rad, joining_.north_offset_sigma_rad);
   }
   report.submap = builder_.index();
+  report.remembered = local.remembered;
   report.update = local.update;
   report.refused = local.refused;
   report.observations = static_cast<int>(tick.sightings.size());

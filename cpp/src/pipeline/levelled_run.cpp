@@ -46,27 +46,26 @@ void take(LevelledResult& result, const JoinReport& join) {
   }
 }
 
-/// What was so at a remembered time; the builder decides which ticks those are, and the final trajectory tells.
+/// What was so at a remembered tick; the final trajectory has a step for each.
 struct Remembered {
   SurveyStep online;
   Vector6d dead_reckoning;
   int submap;
 };
 
-void put_trajectory(LevelledResult& result, const std::vector<SurveyStep>& trajectory, const std::vector<Remembered>& by_tick) {
+void put_trajectory(LevelledResult& result, const std::vector<SurveyStep>& trajectory, const std::vector<Remembered>& remembered) {
   const auto n = static_cast<Eigen::Index>(trajectory.size());
   result.time_s.resize(n);
   for (RowMatrix* const poses : {&result.pose, &result.online_pose, &result.dead_reckoning}) poses->resize(n, 6);
   for (RowMatrix* const covariances : {&result.covariance, &result.online_covariance}) covariances->resize(n, 21);
-  auto tick = by_tick.begin();
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurveyStep& step = trajectory[static_cast<std::size_t>(i)];
-    while (tick->online.time_s < step.time_s || (std::next(tick) != by_tick.end() && std::next(tick)->online.time_s == step.time_s)) ++tick;
+    const Remembered& then = remembered[static_cast<std::size_t>(i)];
     result.time_s(i) = step.time_s;
     put(result.pose, result.covariance, i, step);
-    put(result.online_pose, result.online_covariance, i, tick->online);
-    result.dead_reckoning.row(i) = tick->dead_reckoning;
-    result.submap.push_back(tick->submap);
+    put(result.online_pose, result.online_covariance, i, then.online);
+    result.dead_reckoning.row(i) = then.dead_reckoning;
+    result.submap.push_back(then.submap);
   }
 }
 
@@ -78,8 +77,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   LevelledPipeline pipeline(config, seed);
   const std::size_t n = ticks.size();
   const std::size_t report_every = std::max<std::size_t>(1, n / 1000);
-  std::vector<Remembered> by_tick;
-  by_tick.reserve(n);
+  std::vector<Remembered> remembered;
   for (Eigen::VectorXd* const of_tick : {&result.tick_time_s, &result.step_time_us}) of_tick->resize(static_cast<Eigen::Index>(n));
   const auto begin = Clock::now();
   auto asked = begin;
@@ -95,7 +93,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
     const LevelledReport step = pipeline.feed(ticks[i]);
     result.step_time_us(static_cast<Eigen::Index>(i)) = 1e6 * std::chrono::duration<double>(Clock::now() - step_begin).count();
     result.tick_time_s(static_cast<Eigen::Index>(i)) = ticks[i].time_s;
-    by_tick.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
+    if (step.remembered) remembered.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
     if (step.update.dof > 0) result.updates.push_back({ticks[i].time_s, step.update.nis, step.update.dof});
     result.observations += step.observations;
     result.refused += step.refused;
@@ -116,7 +114,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
     result.submaps.back().steps.clear();
   }
   SurveyEstimate estimate = pipeline.estimate(kMaxJointBases);
-  put_trajectory(result, estimate.steps, by_tick);
+  put_trajectory(result, estimate.steps, remembered);
   result.global_T_base = std::move(estimate.global_T_base);
   result.base_covariance = std::move(estimate.base_covariance);
   result.landmarks = std::move(estimate.landmarks);

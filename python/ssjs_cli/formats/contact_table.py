@@ -41,6 +41,9 @@ class Contact:
     height_m: float | None = None
     kind: str = ""
     confidence: float | None = None
+    passes_seen: int | None = None
+    passes_expected: int | None = None
+    existence: float | None = None
     snippet: str = ""
     remark: str = ""
 
@@ -80,6 +83,9 @@ COLUMNS: dict[str, int | None] = {
     "class": None,
     "confidence": 4,
     "sightings": None,
+    "passes_seen": None,
+    "passes_expected": None,
+    "existence": 4,
     "snippet": None,
     "remark": None,
 }

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.atomic import holds_only, write_file
@@ -20,6 +21,7 @@ from ssjs_cli.formats.number_table import (
     WHOLE,
     FloatArray,
     IntArray,
+    NumberTable,
     read_table,
     whole_numbers,
     write_table,
@@ -104,6 +106,7 @@ SPACE_COVARIANCE_NAMES = (
 )
 PLANAR_NAMES = ("var_xx", "cov_xy", "cov_xh", "var_yy", "cov_yh", "var_hh")
 LANDMARK_HEADER = "id,x_m,y_m,z_m,var_xx,cov_xy,cov_xz,var_yy,cov_yz,var_zz,times_seen,submap"
+PASSES_HEADER = "passes_seen,passes_expected,existence,confirmed"  # under water
 ERROR_HEADER = "time_s,error_m,is_outlier,error_x_m,error_y_m,sigma_x_m,sigma_y_m,sigma_major_m"
 
 MEASURED_KEYS = ("steps", "observations", "landmarks", "submaps", "loop_candidates", "loop_closures", "fusions", "wrong_pairs")
@@ -156,9 +159,20 @@ REFERENCE_KEYS = (
 
 
 @dataclass(frozen=True)
+class Passes:
+    """How often a sonar passed each landmark (l,), how often it showed, and what that makes of it; those of a smaller probability of
+    existence than the setting are not confirmed."""
+
+    seen: IntArray
+    expected: IntArray
+    existence: FloatArray
+    confirmed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class Landmarks:
     """ids (l,): those of the source where `ids_are_of_source`, row numbers otherwise; position (l, 2); covariance (l, 3) xx xy yy.
-    depth_m (l,) and depth_covariance (l, 3) xz yz zz under water."""
+    depth_m (l,), depth_covariance (l, 3) xz yz zz and passes under water."""
 
     ids: IntArray
     ids_are_of_source: bool
@@ -168,6 +182,26 @@ class Landmarks:
     submap: IntArray
     depth_m: FloatArray | None = None
     depth_covariance: FloatArray | None = None
+    passes: Passes | None = None
+
+    @property
+    def claimed(self) -> "Landmarks":
+        """Without those that are not confirmed."""
+        if self.passes is None:
+            return self
+        rows = self.passes.confirmed
+        passes = Passes(self.passes.seen[rows], self.passes.expected[rows], self.passes.existence[rows], rows[rows])
+        return Landmarks(
+            self.ids[rows],
+            self.ids_are_of_source,
+            self.position[rows],
+            self.covariance[rows],
+            self.times_seen[rows],
+            self.submap[rows],
+            None if self.depth_m is None else self.depth_m[rows],
+            None if self.depth_covariance is None else self.depth_covariance[rows],
+            passes,
+        )
 
 
 @dataclass(frozen=True)
@@ -266,6 +300,16 @@ def landmarks_of(result: Mapping[str, Any]) -> Landmarks:
         np.asarray(landmarks["submap"], dtype=np.int64),
         position[:, 2] if in_space else None,
         covariance[:, [2, 4, 5]] if in_space else None,
+        _passes_of(landmarks) if "existence" in landmarks else None,
+    )
+
+
+def _passes_of(landmarks: Mapping[str, Any]) -> Passes:
+    return Passes(
+        np.asarray(landmarks["passes_seen"], dtype=np.int64),
+        np.asarray(landmarks["passes_expected"], dtype=np.int64),
+        np.asarray(landmarks["existence"], dtype=np.float64),
+        np.asarray(landmarks["confirmed"], dtype=np.bool_),
     )
 
 
@@ -355,7 +399,12 @@ def _write_landmarks(path: Path, landmarks: Landmarks) -> None:
     columns += [landmarks.times_seen, landmarks.submap]
     planar, deep = SCIENTIFIC, of_z_covariance
     formats = [WHOLE, FIXED, FIXED, of_z, planar, planar, deep, planar, deep, deep, WHOLE, WHOLE]
-    write_table(path, LANDMARK_HEADER, columns, formats)
+    header = LANDMARK_HEADER
+    if (passes := landmarks.passes) is not None:
+        header += "," + PASSES_HEADER
+        columns += [passes.seen, passes.expected, passes.existence, passes.confirmed.astype(np.int64)]
+        formats += [WHOLE, WHOLE, "%.4f", WHOLE]
+    write_table(path, header, columns, formats)
 
 
 def submap_graph(submaps: Sequence[Mapping[str, Any]]) -> PoseGraph:
@@ -407,7 +456,7 @@ def _read_covariance(path: Path, rows: int) -> FloatArray:
 
 
 def _read_landmarks(path: Path, ids_are_of_source: bool) -> Landmarks:
-    table = read_table(path, required=tuple(LANDMARK_HEADER.split(",")))
+    table = read_table(path, required=tuple(LANDMARK_HEADER.split(",")), other_columns_allowed=True)
     return Landmarks(
         whole_numbers(table, "id"),
         ids_are_of_source,
@@ -415,7 +464,13 @@ def _read_landmarks(path: Path, ids_are_of_source: bool) -> Landmarks:
         table.stacked(("var_xx", "cov_xy", "var_yy")),
         whole_numbers(table, "times_seen"),
         whole_numbers(table, "submap"),
+        passes=_read_passes(table) if "existence" in table else None,
     )
+
+
+def _read_passes(table: NumberTable) -> Passes:
+    confirmed = whole_numbers(table, "confirmed").astype(np.bool_)
+    return Passes(whole_numbers(table, "passes_seen"), whole_numbers(table, "passes_expected"), table["existence"], confirmed)
 
 
 def _read_bases(path: Path) -> Bases | None:

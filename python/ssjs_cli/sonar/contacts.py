@@ -93,15 +93,24 @@ def body_points(sightings: Sequence[Sighting]) -> BodyPoints | None:
 
 
 def contacts_on_map(estimate: Estimate, sightings: Sequence[Sighting]) -> list[Contact]:
-    """One contact a landmark. What the sonar measured of it is that of its most trusted sighting."""
+    """One contact a confirmed landmark. What the sonar measured of it is that of its most trusted sighting."""
     landmarks = estimate.landmarks
     best = best_sightings(estimate, sightings)
     contacts = []
+    passes = landmarks.passes
     for index, (x, y) in enumerate(landmarks.position):
+        if passes is not None and not passes.confirmed[index]:
+            continue
         xx, xy, yy = (float(value) for value in landmarks.covariance[index])
         depth = None if landmarks.depth_m is None else float(landmarks.depth_m[index])
         seen = int(landmarks.times_seen[index])
         sonar = sonar_part(best[index]) if index in best else {}
+        if passes is not None:
+            sonar |= {
+                "passes_seen": int(passes.seen[index]),
+                "passes_expected": int(passes.expected[index]),
+                "existence": float(passes.existence[index]),
+            }
         number = int(landmarks.ids[index])
         if index in best and best[index].picture is not None:
             sonar["snippet"] = f"{SNIPPETS_FOLDER}/{snippet_name(number)}"

@@ -295,7 +295,9 @@ TEST(LevelledBuilder, A18_UnconditionedStepsStayAsFiltered) {
   ASSERT_EQ(filtered.steps.size(), conditioned.steps.size());
   for (std::size_t i = 0; i < filtered.steps.size(); ++i) {
     EXPECT_EQ(filtered.steps[i].time_s, conditioned.steps[i].time_s);
-    EXPECT_LE(conditioned.steps[i].covariance.trace(), filtered.steps[i].covariance.trace() * (1.0 + 1e-9));  // smoothed
+    const Matrix6d& smoothed = conditioned.steps[i].covariance;
+    EXPECT_LE(smoothed.trace(), filtered.steps[i].covariance.trace() * (1.0 + 1e-9));
+    EXPECT_GE(smoothed.diagonal().minCoeff(), -1e-12);
     EXPECT_EQ(filtered.steps[i].conditional_covariance, filtered.steps[i].covariance);
     EXPECT_EQ(filtered.steps[i].gain.norm(), 0.0);
   }

@@ -55,6 +55,21 @@ def test_the_track_is_better_than_dead_reckoning_and_honest(finished: Path) -> N
     assert set(summary["sensors"]) == {"attitude", "compass", "depth", "altitude", "velocity_log", "side_scan"}
 
 
+def test_landmarks_say_how_often_they_were_passed_and_contacts_are_the_confirmed_ones(finished: Path, survey: Path) -> None:
+    rows = np.genfromtxt(finished / "landmarks.csv", delimiter=",", names=True)
+    assert (rows["passes_seen"] >= 1).all() and (rows["passes_expected"] >= rows["passes_seen"]).all()
+    assert (rows["passes_expected"] > 1).any() and (rows["existence"] > 0).all()
+    assert ((rows["existence"] >= 0.5) == (rows["confirmed"] == 1)).all()
+    contacts = np.genfromtxt(finished / "contacts.csv", delimiter=",", names=True)
+    assert contacts["id"].tolist() == rows["id"][rows["confirmed"] == 1].tolist()
+    assert len(read_estimate(finished).landmarks.claimed.ids) == len(contacts)
+
+    out = finished.with_name("strict")
+    assert run("run", survey, "--out", out, "--no-report", "--set", "existence.min_existence=0.99") == 0
+    strict = np.genfromtxt(out / "landmarks.csv", delimiter=",", names=True)
+    assert len(strict) == len(rows) and 0 < strict["confirmed"].sum() < rows["confirmed"].sum()
+
+
 def test_trajectories_hold_depth_and_attitude(finished: Path, survey: Path) -> None:
     final, truth = read_tum(finished / "trajectory.tum"), read_tum(survey / "truth_trajectory.tum")
     assert final.space is not None and truth.space is not None

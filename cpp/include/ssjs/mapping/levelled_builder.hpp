@@ -33,6 +33,7 @@ struct TickResult {
   int refused = 0;                       ///< samples outside their gates
   int paired = 0, added = 0;             ///< sightings
   int wrong_pairs = 0;                   ///< pairs whose source identities differ, where both are known
+  bool remembered = false;               ///< the pose of this tick is a step of its map
   std::optional<LevelledSubmap> closed;  ///< the map that this tick finished; its samples are the new one's
 };
 
@@ -54,7 +55,7 @@ class LevelledBuilder {
   [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] double map_start_s() const { return start_time_s_; }
-  [[nodiscard]] bool offset_known() const { return offset_known_; }  ///< the compass has spoken in this map
+  [[nodiscard]] bool offset_known() const { return offset_known_; }                               ///< the compass has spoken in this map
   [[nodiscard]] const std::optional<Eigen::Vector3d>& gyro_rad_s() const { return gyro_rad_s_; }  ///< the last sample
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
 
@@ -87,6 +88,7 @@ class LevelledBuilder {
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
   std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
   double gyro_time_s_ = 0.0;
+  std::optional<double> attitude_time_s_;
   double compass_time_s_ = -std::numeric_limits<double>::infinity();
   std::array<bool, kNavigationSensors> met_{};  ///< heard in this map
   int index_ = 0;

@@ -69,6 +69,7 @@ struct LevelledConfig {
 struct LevelledReport {
   SurveyStep vehicle;  ///< the online estimate after the tick
   int submap = 0;
+  bool remembered = false;  ///< the final trajectory will have a step at this tick
   UpdateResult update;
   int refused = 0;  ///< samples outside their gates
   int observations = 0;
