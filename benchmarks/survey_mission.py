@@ -26,6 +26,7 @@ COLUMNS = (
     ("trajectory_rmse_m", "RMSE m", 2),
     ("ratio", "dead reckoning / RMSE", 1),
     ("inside_3_sigma_percent", "inside 3 sigma %", 1),
+    ("depth_inside_3_sigma_percent", "depth %", 1),
     ("nees_mean", "pose NEES (3)", 1),
     ("nees_joint_per_dof", "joint base NEES per dof", 2),
     ("found_percent", "found %", 1),
@@ -68,10 +69,11 @@ def scenario_file(folder: Path, scenario: str, hours: float | None) -> str:
 
 def measured(run: Path, mission: Path, simulated: Finished, finished: Finished) -> dict[str, Any]:
     summary: dict[str, Any] = json.loads((run / "summary.json").read_text(encoding="utf-8"))
-    time_s = np.loadtxt(mission / "truth.tum", usecols=0)
+    time_s = np.loadtxt(mission / "truth_trajectory.tum", usecols=0)
     summary["ratio"] = summary["dead_reckoning_rmse_m"] / summary["trajectory_rmse_m"]
     for name, key in (
         ("inside_3_sigma", "inside_3_sigma_fraction"),
+        ("depth_inside_3_sigma", "inside_3_sigma_depth_fraction"),
         ("found", "contacts_found_fraction"),
         ("false", "contacts_false_fraction"),
     ):

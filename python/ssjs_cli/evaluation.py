@@ -119,7 +119,6 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
             if online_measured is not None:
                 online_errors = _error_table(online, online_covariance, track, online_measured, description)
             _summarize_trajectory(summary, estimate, track, measured, online_measured, description)
-            summary["inside_3_sigma_fraction"] = _inside_bound(errors, final, estimate, reference.truth)
             moved_reference = [track.time_s, *_into_estimate_frame(track.position, reference_T_estimate).T]
     truth_T_estimate = reference_T_estimate
     if reference.truth is not None and errors is not None:
@@ -129,11 +128,12 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
             judged = position_consistency(series, covariance, reference.truth, truth_T_estimate, description.max_gap_s)
             if judged is not None:
                 summary[f"nees_position_{prefix}per_dof"], summary[f"inside_3_sigma_{prefix}fraction"] = judged
+        summary["inside_3_sigma_depth_fraction"] = _depth_inside(estimate, reference.truth)
         _summarize_bases(summary, estimate, reference.truth, truth_T_estimate, description)
     if reference.landmarks is not None:
         _summarize_map(summary, estimate, reference.landmarks, reference_T_estimate, truth_T_estimate)
         if estimate.is_under_water:
-            position = _into_reference_frame(estimate.landmarks.position, reference_T_estimate)
+            position = _into_reference_frame(estimate.landmarks.claimed.position, reference_T_estimate)
             summary.update(contact_score(position, reference.landmarks))
     return Evaluation({key: _rounded(value) for key, value in summary.items()}, errors, online_errors, moved_reference, nees, lost)
 
@@ -270,15 +270,16 @@ def _summarize_trajectory(
         summary["dead_reckoning_final_drift_percent"] = float(dead_reckoning["final_drift_percent"])
 
 
-def _inside_bound(errors: ErrorTable, final: PoseSeries, estimate: Estimate, truth: PoseSeries | None) -> float:
-    """Share of the compared times at which the errors along x, y and, where it is known, the depth all stay inside 3 sigma."""
-    time_s, _, _, error_x, error_y, sigma_x, sigma_y, _ = errors.columns
-    inside = (np.abs(error_x) <= BOUND_SIGMAS * sigma_x) & (np.abs(error_y) <= BOUND_SIGMAS * sigma_y)
-    if estimate.depth_variance_m2 is not None and final.space is not None and truth is not None and truth.space is not None:
-        depth_m = np.interp(time_s, final.time_s, final.space[:, 0])
-        sigma_m = np.sqrt(np.interp(time_s, estimate.final.time_s, estimate.depth_variance_m2))
-        inside &= np.abs(depth_m - np.interp(time_s, truth.time_s, truth.space[:, 0])) <= BOUND_SIGMAS * sigma_m
-    return float(inside.mean())
+def _depth_inside(estimate: Estimate, truth: PoseSeries) -> float | None:
+    """Share of the rows that the truth covers whose depth lies within three of its standard deviations; None in the plane."""
+    final, variance_m2 = estimate.final, estimate.depth_variance_m2
+    if variance_m2 is None or final.space is None or truth.space is None:
+        return None
+    rows = (final.time_s >= truth.time_s[0]) & (final.time_s <= truth.time_s[-1])
+    if not rows.any():
+        return None
+    error_m = final.space[rows, 0] - np.interp(final.time_s[rows], truth.time_s, truth.space[:, 0])
+    return float((error_m**2 <= BOUND_SIGMAS**2 * variance_m2[rows]).mean())
 
 
 def start_frame(series: PoseSeries, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:

@@ -145,7 +145,7 @@ REFERENCE_KEYS = (
     "map_error_matched",
     "nees_dof",
     "nees_joint_dof",
-    "inside_3_sigma_fraction",
+    "inside_3_sigma_depth_fraction",
     # Of a survey's contacts: see contact_score.py
     "objects",
     "contacts",
