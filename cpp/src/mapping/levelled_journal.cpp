@@ -65,6 +65,8 @@ class Backwards {
     Eigen::MatrixXd both = Eigen::MatrixXd::Zero(n_, n_);
     subtract_Ht(rows, -HtW.transpose(), both);
     M_.topLeftCorner(n_, n_) += left + left.transpose() + both;
+    // symmetric again: of an error that is not, this recursion makes (I - KH)' E (I + KH), which grows
+    M_.topLeftCorner(n_, n_) = (0.5 * (information() + information().transpose())).eval();
   }
 
   /// Before this landmark was added.
