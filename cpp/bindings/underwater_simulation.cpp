@@ -39,8 +39,10 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   std::vector<std::int64_t> ids;
   for (const NavigationTick& tick : survey.ticks) {
     const double t = tick.time_s;
-    if (tick.roll_pitch_rad && tick.compass_rad) attitude.add({t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y(), *tick.compass_rad});
-    if (tick.gyro_rad_s) gyro.add({t, tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()});
+    if (tick.roll_pitch_rad && tick.compass_rad) {  // one record of the attitude sensor: it is there whole or not at all
+      attitude.add({t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y(), *tick.compass_rad});
+      if (tick.gyro_rad_s) gyro.add({t, tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()});
+    }
     if (tick.velocity) {
       const Eigen::Vector3d& v = tick.velocity->velocity_m_s;
       velocity.add({t, v.x(), v.y(), v.z(), tick.velocity->bottom_lock ? 1.0 : 0.0});

@@ -28,6 +28,7 @@ COMMANDS = {
     "simulate": ("ssjs_cli.commands.simulate", "simulate", "Make a mission directory with truth from a scenario."),
     "import": ("ssjs_cli.commands.import_", "import_", "Make a mission directory from logs of other systems."),
     "evaluate": ("ssjs_cli.commands.evaluate", "evaluate", "Errors of a finished run against a reference."),
+    "export": ("ssjs_cli.commands.export", "export", "A finished run for other programs: MCAP recordings."),
     "report": ("ssjs_cli.commands.report", "report", "(Re)build the HTML report of a finished run."),
     "segment": ("ssjs_cli.commands.segment", "segment", "Sonar images to masks, regions and centroids."),
     "segment-compare": ("ssjs_cli.commands.segment_compare", "segment_compare", "Five threshold methods on the same images."),

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
 namespace ssjs {
@@ -12,7 +13,6 @@ namespace {
 
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
-  throw_if_any(config.slam.violations());
   if (config.slam.method != LevelledMethod::kPorts)
     throw InvalidArgument("method", "not ssjs", "what joins online ties submaps by their ports, in bounded steps: use ssjs");
   return config;
@@ -21,7 +21,7 @@ const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
 }  // namespace
 
 OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
-    : config_(checked(config)), window_(config.arrival), builder_(config.slam.local), joiner_(joining_config(config.slam)) {
+    : config_(checked(config)), window_(config.arrival), builder_(local_config(config.slam)), joiner_(joining_config(config.slam)) {
   heard_s_.fill(-1.0);
 }
 

@@ -31,13 +31,6 @@ std::optional<Method> planar_method(LevelledMethod method) {
 
 }  // namespace
 
-PortJoinerConfig joining_config(const LevelledConfig& config) {
-  PortJoinerConfig joining = config.joining;
-  joining.association =
-      config.local.association.method == AssociationMethod::kKnown ? AssociationMethod::kKnown : AssociationMethod::kJointCompatibility;
-  return joining;
-}
-
 LevelledBuilderConfig local_config(const LevelledConfig& config) {
   throw_if_any(config.violations());
   LevelledBuilderConfig local = config.local;
@@ -47,6 +40,13 @@ LevelledBuilderConfig local_config(const LevelledConfig& config) {
     local.split.longest_m = std::numeric_limits<double>::max();
   }
   return local;
+}
+
+PortJoinerConfig joining_config(const LevelledConfig& config) {
+  PortJoinerConfig joining = config.joining;
+  joining.association =
+      config.local.association.method == AssociationMethod::kKnown ? AssociationMethod::kKnown : AssociationMethod::kJointCompatibility;
+  return joining;
 }
 
 std::unique_ptr<SurveyJoiner> make_survey_joiner(const LevelledConfig& config, std::uint64_t seed) {

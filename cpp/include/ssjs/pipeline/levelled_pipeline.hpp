@@ -65,9 +65,6 @@ struct LevelledConfig {
   }
 };
 
-/// config.joining, identities being known between maps where they are known within them.
-[[nodiscard]] PortJoinerConfig joining_config(const LevelledConfig& config);
-
 /// What one tick did.
 struct LevelledReport {
   SurveyStep vehicle;  ///< the online estimate after the tick
