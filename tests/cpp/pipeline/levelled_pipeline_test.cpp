@@ -191,6 +191,9 @@ TEST(LevelledPipeline, NorthWithoutACompassIsRefusedBeforeTheMission) {
   }
   config.local.compass_use = CompassUse::kMean;
   EXPECT_TRUE(config.violations().empty());
+  config.method = LevelledMethod::kNaiveHeading;  // whatever compass_use says
+  ASSERT_EQ(config.violations().size(), 1U);
+  EXPECT_NE(config.violations().front().find("ssjs-naive-heading"), std::string::npos);
 }
 
 TEST(LevelledPipeline, AMapWithoutAReadingSaysNothingOfTheMeanOffset) {
