@@ -93,9 +93,9 @@ def write_coverage(path: Path, found: Coverage) -> None:
 
 def _silence(reach: Reach) -> tuple[FloatArray, float]:
     """Intervals between two rows of which one has neither side, joined; and the time between all rows. Gaps between pings are neither."""
-    silent: NDArray[np.bool_] = np.isnan(reach.ranges_m).all(axis=1)
+    silent = np.asarray(np.isnan(reach.ranges_m).all(axis=1))
     step_s = np.diff(reach.time_s)
-    recorded: NDArray[np.bool_] = step_s <= LONGEST_PING_GAP_S
+    recorded = step_s <= LONGEST_PING_GAP_S
     quiet = (silent[1:] | silent[:-1]) & recorded
     edges = np.flatnonzero(np.diff(np.concatenate(([False], quiet, [False])).astype(np.int8)))
     return np.column_stack((reach.time_s[edges[::2]], reach.time_s[edges[1::2]])), float(step_s[recorded].sum())

@@ -19,13 +19,16 @@ from ssjs_cli.sonar.survey_record import ByteImage, Picture, SurveyRecord
 
 #: A snippet shows a square of this side around its contact.
 SNIPPET_M = 16.0
-SNIPPET_PX = 320
+SNIPPET_PX = 240
 BOX_COLOUR = (255, 196, 0)
+FRAME = 255
+#: Speckle gets hardly smaller by more.
+COMPRESSION = 2
 #: Left free between the echo and its box.
 BOX_MARGIN_M = 0.4
 #: Of a strip along track: the whole swath across.
 STRIP_M = 16.0
-STRIP_WIDTH_PX = 640
+STRIP_WIDTH_PX = 480
 #: Rows of the whole waterfall that are drawn in one line of the page.
 ROWS_A_LINE = 1240
 SPEED_WINDOW_S = 2.0
@@ -147,7 +150,9 @@ def _framed_png(grey: ByteImage, found: Mapping[str, Any], spacing_m: float, win
     """With a frame around the contact's echo."""
     from PIL import Image, ImageDraw
 
-    image = Image.fromarray(grey).convert("RGB")
+    # 255 greys and, as the last of the palette, the colour of the frame: a third of the bytes of a colour picture
+    image = Image.fromarray(np.minimum(grey, FRAME - 1))
+    image.putpalette([*(level for grey_level in range(FRAME) for level in (grey_level,) * 3), *BOX_COLOUR])
     across_px, along_px = image.width / (window.right_m - window.left_m), image.height / (window.bottom_m - window.top_m)
     row = int(found["index"])
     first_m, last_m = ((int(found[key]) - row + end) * spacing_m for key, end in (("first_index", -0.5), ("last_index", 0.5)))
@@ -158,9 +163,9 @@ def _framed_png(grey: ByteImage, found: Mapping[str, Any], spacing_m: float, win
         (middle_m + half_m - window.left_m) * across_px,
         (last_m + BOX_MARGIN_M - window.top_m) * along_px,
     ]
-    ImageDraw.Draw(image).rectangle([round(value) for value in frame], outline=BOX_COLOUR, width=2)
+    ImageDraw.Draw(image).rectangle([round(value) for value in frame], outline=FRAME, width=2)
     file = io.BytesIO()
-    image.save(file, format="PNG", compress_level=6)
+    image.save(file, format="PNG", compress_level=COMPRESSION)
     return file.getvalue()
 
 
@@ -196,5 +201,5 @@ def _png(pixels: ByteImage) -> bytes:
     from PIL import Image
 
     file = io.BytesIO()
-    Image.fromarray(pixels).save(file, format="PNG", compress_level=6)
+    Image.fromarray(pixels).save(file, format="PNG", compress_level=COMPRESSION)
     return file.getvalue()
