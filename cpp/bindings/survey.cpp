@@ -96,8 +96,8 @@ std::vector<SideScanPing> next_pings(SonarLogReader& log, std::size_t most) {
 /// A survey that keeps, where that is asked for, what a report shows of the blocks that are done.
 class RecordedSurvey {
  public:
-  RecordedSurvey(const SideScanSurveyConfig& config, int pings_around)
-      : survey_(config, pings_around > 0 ? BlockSink([this](const FinishedBlock& finished) { keep(finished); }) : BlockSink{}),
+  RecordedSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& cascade, int pings_around)
+      : survey_(config, cascade, pings_around > 0 ? BlockSink([this](const FinishedBlock& finished) { keep(finished); }) : BlockSink{}),
         pings_around_(pings_around) {
     if (pings_around < 0) throw InvalidArgument("pings_around", pings_around, "must not be negative");
   }
@@ -264,11 +264,13 @@ py::dict simulated_pictures(const py::dict& seabed, const py::dict& track, const
 
 void add_survey(py::module_& module) {
   py::class_<RecordedSurvey>(module, "SideScanSurvey", "Contacts of a side-scan log, as its pings come.")
-      .def(py::init([](const py::dict& config, int pings_around) {
-             return std::make_unique<RecordedSurvey>(survey_config(config), pings_around);
-           }),
-           py::arg("config") = py::dict(), py::arg("pings_around") = 0,
-           "pings_around: 0, or so many pings before and after each contact are kept as its `picture`, and blocks for take_blocks().")
+      .def(
+          py::init([](const py::dict& config, const std::optional<HaarCascade>& cascade, int pings_around) {
+            return std::make_unique<RecordedSurvey>(survey_config(config), cascade, pings_around);
+          }),
+          py::arg("config") = py::dict(), py::arg("cascade") = py::none(), py::arg("pings_around") = 0,
+          "cascade: the model of that detector. pings_around: 0, or so many pings before and after each contact are kept as its `picture`, "
+          "and blocks for take_blocks().")
       .def("feed_log", &RecordedSurvey::feed_log, py::arg("log"), py::arg("most_pings") = 512,
            "The contacts that the next pings of the log complete; None at its end.")
       .def("finish", &RecordedSurvey::finish, "The contacts of the pings still held.")

@@ -31,19 +31,25 @@ class Sighting:
     picture: int | None = None
 
 
-def contacts_in(log: _core.SonarLog, config: Mapping[str, float | int | bool | str | None]) -> Iterator[dict[str, Any]]:
-    """As the survey measured them, to the end of the log."""
-    survey = _core.SideScanSurvey(config)
+def contacts_in(
+    log: _core.SonarLog, config: Mapping[str, float | int | bool | str | None], cascade: _core.HaarCascade | None = None
+) -> Iterator[dict[str, Any]]:
+    """As the survey measured them, to the end of the log. `cascade`: the model of that detector."""
+    survey = _core.SideScanSurvey(config, cascade)
     while (contacts := survey.feed_log(log, most_pings=PINGS_PER_BLOCK)) is not None:
         yield from contacts
     yield from survey.finish()
 
 
 def recorded_contacts(
-    log: _core.SonarLog, name: str, config: Mapping[str, float | int | bool | str | None], record: SurveyRecord
+    log: _core.SonarLog,
+    name: str,
+    config: Mapping[str, float | int | bool | str | None],
+    record: SurveyRecord,
+    cascade: _core.HaarCascade | None = None,
 ) -> Iterator[Sighting]:
     """The same, their pictures put aside in the record."""
-    survey = _core.SideScanSurvey(config, pings_around=PINGS_AROUND)
+    survey = _core.SideScanSurvey(config, cascade, pings_around=PINGS_AROUND)
     at_end = False
     while not at_end:
         contacts = survey.feed_log(log, most_pings=PINGS_PER_BLOCK)
@@ -55,7 +61,11 @@ def recorded_contacts(
 
 
 def sightings_in(
-    logs: Sequence[Path], config: Mapping[str, float | int | bool | str | None], lost: list[str], record: SurveyRecord | None = None
+    logs: Sequence[Path],
+    config: Mapping[str, float | int | bool | str | None],
+    lost: list[str],
+    cascade: _core.HaarCascade | None = None,
+    record: SurveyRecord | None = None,
 ) -> list[Sighting]:
     """In the order of time; `lost` is told of the data that could not be read, the record of what the pings look like."""
     found: list[Sighting] = []
@@ -63,9 +73,9 @@ def sightings_in(
         log = open_log(path)
         try:
             if record is None:
-                found += [Sighting(path.name, contact) for contact in contacts_in(log, config)]
+                found += [Sighting(path.name, contact) for contact in contacts_in(log, config, cascade)]
             else:
-                found += recorded_contacts(log, path.name, config, record)
+                found += recorded_contacts(log, path.name, config, record, cascade)
         except (ValueError, RuntimeError, MemoryError) as error:  # settings that each keep their rule and do not go together
             raise UserError(f"{path}: no contacts can be found with these settings sonar.*: {error}") from error
         lost += [f"{path}: {describe_problem(problem)}" for problem in log.info()["problems"] if problem["data_lost"]]
