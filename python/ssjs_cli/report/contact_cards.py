@@ -8,13 +8,13 @@ from ssjs_cli.report.picture_data import jpeg_url
 from ssjs_cli.report.sheet import Sheet, sheet
 from ssjs_cli.report.survey_files import SurveyFiles
 
-#: Cards with a picture; 240 of them are some 5 MB.
-MAX_CARDS = 240
+#: Cards with a picture; so many of them are some 4 MB.
+MAX_CARDS = 200
 MAX_ROWS = 3000
-SNIPPET_PX = 240
-SNIPPET_QUALITY = 78
-STRIP_PX = 480
-STRIP_QUALITY = 62
+SNIPPET_PX = 180
+SNIPPET_QUALITY = 70
+STRIP_PX = 380
+STRIP_QUALITY = 55
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from ssjs_cli.report.figure_style import Figure, Trace, listed
 from ssjs_cli.report.map_figure import LINE_TOLERANCE_OF_EXTENT, MAX_TRACK_POINTS, MapAxes
 from ssjs_cli.report.number_text import finite_number, percent_text
 from ssjs_cli.report.page_parts import data_url
-from ssjs_cli.report.result_files import RunFiles
+from ssjs_cli.report.result_files import RunFiles, Track
 from ssjs_cli.report.simplification import simplify_line
 from ssjs_cli.report.survey_files import CoverageGrid
 
@@ -43,7 +43,9 @@ def coverage_notes(summary: dict[str, Any]) -> list[str]:
     if twice is not None and twice_share is not None:
         notes[0] += f"; {area_text(twice)} ({percent_text(twice_share)}) in two passes or more"
     notes[0] += "."
-    notes.append("White inside: not heard, such as the nadir below the track and the turns, where nothing is looked for.")
+    silent = finite_number(summary.get("sonar_silent_fraction"))
+    turns = "" if silent is None else f"; {percent_text(silent)} of the time nothing was looked for"
+    notes.append(f"White inside: not heard, such as the nadir below the track and the turns{turns}.")
     return notes
 
 
@@ -64,6 +66,7 @@ def coverage_figure(files: RunFiles, axes: MapAxes) -> Drawing | None:
         points = axes.drawn(files.trajectory.position)
         kept = simplify_line(points, MAX_TRACK_POINTS, float(extent_m.max()) * LINE_TOLERANCE_OF_EXTENT).indices
         traces.append(style.line(listed(points[kept, 0], 2), listed(points[kept, 1], 2), "final track", style.FINAL, 1.0, hoverinfo="skip"))
+        traces += _silent(files.trajectory, grid, axes)
     traces += _contacts(files, axes)
     across_title, up_title = axes.titles()
     figure: Figure = {
@@ -99,6 +102,20 @@ def _picture(grid: CoverageGrid, axes: MapAxes) -> bytes:
     file = io.BytesIO()
     image.save(file, format="PNG", transparency=0, optimize=True)
     return file.getvalue()
+
+
+def _silent(track: Track, grid: CoverageGrid, axes: MapAxes) -> list[Trace]:
+    """The stretches of the track from which nothing was listened to."""
+    points = axes.drawn(track.position)
+    parts = []
+    for start_s, end_s in grid.silent_s:
+        inside = track.time_s[(track.time_s > start_s) & (track.time_s < end_s)]
+        at_s = np.concatenate(([start_s], inside, [end_s]))
+        parts += [np.column_stack([np.interp(at_s, track.time_s, points[:, axis]) for axis in (0, 1)]), np.full((1, 2), np.nan)]
+    if not parts:
+        return []
+    path = np.concatenate(parts)
+    return [style.line(listed(path[:, 0], 2), listed(path[:, 1], 2), "sonar not used", style.OUTSIDE, 2.2, hoverinfo="skip")]
 
 
 def _contacts(files: RunFiles, axes: MapAxes) -> list[Trace]:

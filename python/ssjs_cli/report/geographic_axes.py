@@ -59,4 +59,4 @@ def _drawn_north_up(origin: Geodetic, axes: MapAxes) -> bool:
 
 
 def _axis(title: str, ends: list[float], **more: Any) -> dict[str, Any]:
-    return {**style.axis(title, range=ends, nticks=7, showgrid=False, fixedrange=True), "separatethousands": False, **more}
+    return {**style.axis(title, range=ends, nticks=7, tickmode="auto", showgrid=False, fixedrange=True), "separatethousands": False, **more}

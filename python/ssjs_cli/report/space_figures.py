@@ -57,7 +57,7 @@ def space_view(files: RunFiles, axes: MapAxes, colours: SubmapColours, height_px
                 "zaxis": {**_axis("depth [m]"), "autorange": "reversed", "nticks": 5},
                 "aspectmode": "manual",
                 "aspectratio": {"x": round(float(ratio[0]), 3), "y": round(float(ratio[1]), 3), "z": HEIGHT_OF_EXTENT},
-                "camera": {"eye": {"x": -0.95, "y": -1.15, "z": 0.62}, "center": {"x": 0.0, "y": 0.0, "z": -0.08}},
+                "camera": {"eye": {"x": -0.82, "y": -0.99, "z": 0.55}, "center": {"x": 0.0, "y": 0.0, "z": -0.08}},
                 "dragmode": "turntable",
             },
         ),

@@ -34,11 +34,12 @@ class Altitudes:
 @dataclass(frozen=True)
 class CoverageGrid:
     """passes (rows, columns): how often each cell was listened to; rows along x, columns along y, cells of cell_m, the first one's
-    corner at corner_m."""
+    corner at corner_m. silent_s (k, 2): from when to when the sonar was not listened to."""
 
     passes: IntArray
     corner_m: FloatArray
     cell_m: float
+    silent_s: FloatArray
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,10 @@ class SurveyFiles:
         altitudes = self.altitudes
         if altitudes is not None:
             altitudes = replace(altitudes, time_s=altitudes.time_s - origin_s)
-        return replace(self, altitudes=altitudes, time_origin_s=origin_s)
+        coverage = self.coverage
+        if coverage is not None:
+            coverage = replace(coverage, silent_s=coverage.silent_s - origin_s)
+        return replace(self, altitudes=altitudes, coverage=coverage, time_origin_s=origin_s)
 
 
 def read_survey_files(run_dir: Path) -> SurveyFiles:
@@ -99,7 +103,8 @@ def _read_coverage(path: Path) -> CoverageGrid | None:
         return None
     try:
         with np.load(path, allow_pickle=False) as archive:
-            return CoverageGrid(archive["passes"].astype(np.int64), archive["corner_m"], float(archive["cell_m"]))
+            passes = archive["passes"].astype(np.int64)
+            return CoverageGrid(passes, archive["corner_m"], float(archive["cell_m"]), archive["silent_s"].reshape(-1, 2))
     except (ValueError, KeyError, OSError) as error:
         raise UserError(f"{path}: cannot be read ({error}); {RUN_AGAIN}") from error
 

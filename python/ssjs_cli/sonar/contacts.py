@@ -9,7 +9,7 @@ import numpy as np
 
 from ssjs_cli import _core
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.contact_table import Contact
+from ssjs_cli.formats.contact_table import Contact, error_ellipse
 from ssjs_cli.formats.mission import BodyPoints
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import SNIPPETS_FOLDER, Estimate
@@ -19,6 +19,7 @@ from ssjs_cli.sonar.survey_record import PINGS_AROUND, SurveyRecord
 
 # A sighting that lies farther from every landmark on the map was not used for it.
 MATCH_DISTANCE_M = 5.0
+MATCH_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
@@ -132,15 +133,18 @@ def best_sightings(estimate: Estimate, sightings: Sequence[Sighting]) -> dict[in
 
 
 def nearest_landmarks(estimate: Estimate, sightings: Sequence[Sighting]) -> list[int | None]:
-    """For each sighting the row of the landmark nearest to where the final track puts it; None beyond MATCH_DISTANCE_M."""
+    """For each sighting the row of the landmark nearest to where the final track puts it; None beyond MATCH_DISTANCE_M, or beyond three
+    sigma of a landmark that is known worse than that."""
     positions = estimate.landmarks.position
     if not len(positions):
         return [None] * len(sightings)
+    sigma_m = [error_ellipse(covariance)[0] for covariance in estimate.landmarks.covariance]
+    limit_m = np.maximum(MATCH_DISTANCE_M, MATCH_SIGMAS * np.array(sigma_m))
     rows: list[int | None] = []
     for sighting in sightings:
         distance_m = np.linalg.norm(positions - _on_map(estimate, sighting), axis=1)
         nearest = int(np.argmin(distance_m))
-        rows.append(nearest if distance_m[nearest] <= MATCH_DISTANCE_M else None)
+        rows.append(nearest if distance_m[nearest] <= limit_m[nearest] else None)
     return rows
 
 

@@ -26,12 +26,15 @@ CHUNK_S = 5.0
 class Coverage:
     """passes (rows, columns): rows along x, columns along y of the global frame, cells of cell_m, the corner of the first at corner_m.
 
-    surveyed_m2: convex hull of the covered cells, what the survey goes around; the shares are of it."""
+    surveyed_m2: convex hull of the covered cells, what the survey goes around; the shares are of it. silent_s (k, 2): from when to when
+    neither side was listened to, as in turns; recorded_s: the time of all pings."""
 
     passes: IntArray
     corner_m: FloatArray
     cell_m: float
     surveyed_m2: float
+    silent_s: FloatArray
+    recorded_s: float
 
     @property
     def covered_m2(self) -> float:
@@ -52,6 +55,7 @@ class Coverage:
             "coverage_fraction": None if share is None else round(share, 6),
             "coverage_twice_fraction": None if twice is None else round(twice, 6),
             "coverage_cell_m": self.cell_m,
+            "sonar_silent_fraction": round(float(np.diff(self.silent_s, axis=1).sum()) / self.recorded_s, 6) if self.recorded_s else None,
         }
 
 
@@ -78,11 +82,23 @@ def coverage(track: PoseSeries, reach: Reach) -> Coverage | None:
         np.maximum.at(latest, inverse, times)
         heard_last_s[seen] = latest
     grid = passes.reshape(shape)
-    return Coverage(grid, corner, cell_m, _hull_area_m2(grid, cell_m))
+    silent_s, recorded_s = _silence(reach)
+    return Coverage(grid, corner, cell_m, _hull_area_m2(grid, cell_m), silent_s, recorded_s)
 
 
 def write_coverage(path: Path, found: Coverage) -> None:
-    np.savez_compressed(path, passes=np.minimum(found.passes, 255).astype(np.uint8), corner_m=found.corner_m, cell_m=found.cell_m)
+    passes = np.minimum(found.passes, 255).astype(np.uint8)
+    np.savez_compressed(path, passes=passes, corner_m=found.corner_m, cell_m=found.cell_m, silent_s=found.silent_s)
+
+
+def _silence(reach: Reach) -> tuple[FloatArray, float]:
+    """Intervals between two rows of which one has neither side, joined; and the time between all rows. Gaps between pings are neither."""
+    silent = np.asarray(np.isnan(reach.ranges_m).all(axis=1))
+    step_s = np.diff(reach.time_s)
+    recorded = step_s <= LONGEST_PING_GAP_S
+    quiet = (silent[1:] | silent[:-1]) & recorded
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], quiet, [False])).astype(np.int8)))
+    return np.column_stack((reach.time_s[edges[::2]], reach.time_s[edges[1::2]])), float(step_s[recorded].sum())
 
 
 def _ends(track: PoseSeries, reach: Reach) -> FloatArray:

@@ -19,13 +19,16 @@ from ssjs_cli.sonar.survey_record import ByteImage, Picture, SurveyRecord
 
 #: A snippet shows a square of this side around its contact.
 SNIPPET_M = 16.0
-SNIPPET_PX = 320
+SNIPPET_PX = 240
 BOX_COLOUR = (255, 196, 0)
+FRAME = 255
+#: Speckle gets hardly smaller by more.
+COMPRESSION = 2
 #: Left free between the echo and its box.
 BOX_MARGIN_M = 0.4
 #: Of a strip along track: the whole swath across.
 STRIP_M = 16.0
-STRIP_WIDTH_PX = 640
+STRIP_WIDTH_PX = 480
 #: Rows of the whole waterfall that are drawn in one line of the page.
 ROWS_A_LINE = 1240
 SPEED_WINDOW_S = 2.0
@@ -127,26 +130,11 @@ def _row_spacing_m(track: PoseSeries, sighting: Sighting, picture: Picture) -> f
 
 
 def _snippet(picture: Picture, found: Mapping[str, Any], spacing_m: float) -> bytes:
-    from PIL import Image, ImageDraw
-
     across_m = _across_m(found)
     half = 0.5 * SNIPPET_M
-    grey = _window(picture, found, spacing_m, Window(across_m - half, across_m + half, -half, half), (SNIPPET_PX, SNIPPET_PX))
-    image = Image.fromarray(grey).convert("RGB")
-    scale = SNIPPET_PX / SNIPPET_M
-    row = int(found["index"])
-    top_m, bottom_m = ((int(found[key]) - row + end) * spacing_m for key, end in (("first_index", -0.5), ("last_index", 0.5)))
-    wide_m = 0.5 * float(found["width_m"]) + BOX_MARGIN_M
-    box = [
-        (half - wide_m) * scale,
-        (half + top_m - BOX_MARGIN_M) * scale,
-        (half + wide_m) * scale,
-        (half + bottom_m + BOX_MARGIN_M) * scale,
-    ]
-    ImageDraw.Draw(image).rectangle([round(value) for value in box], outline=BOX_COLOUR, width=2)
-    file = io.BytesIO()
-    image.save(file, format="PNG", compress_level=6)
-    return file.getvalue()
+    window = Window(across_m - half, across_m + half, -half, half)
+    grey = _window(picture, found, spacing_m, window, (SNIPPET_PX, SNIPPET_PX))
+    return _framed_png(grey, found, spacing_m, window)
 
 
 def _strip(picture: Picture, found: Mapping[str, Any], spacing_m: float) -> bytes:
@@ -154,7 +142,31 @@ def _strip(picture: Picture, found: Mapping[str, Any], spacing_m: float) -> byte
     side_m = max(picture.nadir_column, picture.grey.shape[1] - picture.nadir_column) * picture.column_m
     height_px = max(round(STRIP_WIDTH_PX * STRIP_M / (2.0 * side_m)), 24)
     half = 0.5 * STRIP_M
-    return _png(_window(picture, found, spacing_m, Window(-side_m, side_m, -half, half), (STRIP_WIDTH_PX, height_px)))
+    window = Window(-side_m, side_m, -half, half)
+    return _framed_png(_window(picture, found, spacing_m, window, (STRIP_WIDTH_PX, height_px)), found, spacing_m, window)
+
+
+def _framed_png(grey: ByteImage, found: Mapping[str, Any], spacing_m: float, window: Window) -> bytes:
+    """With a frame around the contact's echo."""
+    from PIL import Image, ImageDraw
+
+    # 255 greys and, as the last of the palette, the colour of the frame: a third of the bytes of a colour picture
+    image = Image.fromarray(np.minimum(grey, FRAME - 1))
+    image.putpalette([*(level for grey_level in range(FRAME) for level in (grey_level,) * 3), *BOX_COLOUR])
+    across_px, along_px = image.width / (window.right_m - window.left_m), image.height / (window.bottom_m - window.top_m)
+    row = int(found["index"])
+    first_m, last_m = ((int(found[key]) - row + end) * spacing_m for key, end in (("first_index", -0.5), ("last_index", 0.5)))
+    middle_m, half_m = _across_m(found), 0.5 * float(found["width_m"]) + BOX_MARGIN_M
+    frame = [
+        (middle_m - half_m - window.left_m) * across_px,
+        (first_m - BOX_MARGIN_M - window.top_m) * along_px,
+        (middle_m + half_m - window.left_m) * across_px,
+        (last_m + BOX_MARGIN_M - window.top_m) * along_px,
+    ]
+    ImageDraw.Draw(image).rectangle([round(value) for value in frame], outline=FRAME, width=2)
+    file = io.BytesIO()
+    image.save(file, format="PNG", compress_level=COMPRESSION)
+    return file.getvalue()
 
 
 def _across_m(found: Mapping[str, Any]) -> float:
@@ -189,5 +201,5 @@ def _png(pixels: ByteImage) -> bytes:
     from PIL import Image
 
     file = io.BytesIO()
-    Image.fromarray(pixels).save(file, format="PNG", compress_level=6)
+    Image.fromarray(pixels).save(file, format="PNG", compress_level=COMPRESSION)
     return file.getvalue()

@@ -56,7 +56,8 @@ def test_every_section_is_there_and_linked(text: str) -> None:
 
 
 def test_the_page_fetches_nothing_and_is_bounded(survey: Path, text: str) -> None:
-    assert not re.search(r'(?:src|href)="(?!data:|#)', text)
+    body = re.sub(r"<script>.*?</script>", "", text, flags=re.DOTALL)
+    assert not re.search(r'(?:src|href)="(?!data:|#)', body)
     assert (survey / "report.html").stat().st_size < 15e6
 
 
@@ -85,7 +86,7 @@ def test_each_loop_has_the_sigma_before_and_after_it(text: str) -> None:
     assert values(ties, "y").tolist() == [0.8, 0.3]
     assert set(values(ties, "x")) == {110.0}
     table = re.search(r'<table id="closing-table".*?</table>', text, re.DOTALL)
-    assert table is not None and ">0.800<" in table.group(0) and ">0.300<" in table.group(0) and ">38<" in table.group(0)
+    assert table is not None and ">0.800<" in table.group(0) and ">0.300<" in table.group(0) and ">37<" in table.group(0)
     assert table.group(0).count("<tr") == 2  # heading and one: the refused pair changes nothing
 
 

@@ -59,6 +59,8 @@ def test_a_silent_stretch_and_a_gap_in_time_are_not_covered() -> None:
     silent = found(track, Reach(reach.time_s, reach.altitude_m, ranges))
     # from ping 39 to ping 60: 21 of 100 intervals have an end without an answer
     assert silent.covered_m2 == pytest.approx(0.79 * found(track, reach).covered_m2, rel=0.03)
+    assert silent.silent_s.tolist() == [[39.0, 60.0]]
+    assert silent.numbers()["sonar_silent_fraction"] == pytest.approx(0.21)
     keep = np.r_[0:40, 60:101]
     gap = found(track, Reach(reach.time_s[keep], reach.altitude_m[keep], reach.ranges_m[keep]))
     assert gap.covered_m2 == pytest.approx(silent.covered_m2, rel=0.03)
