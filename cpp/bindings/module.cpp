@@ -53,5 +53,6 @@ PYBIND11_MODULE(_core, module) {
   add_segmentation(module);
   add_cascade(module);
   add_survey(module);
+  add_sonar_loop(module);
   add_io(module);
 }

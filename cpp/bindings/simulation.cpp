@@ -6,6 +6,7 @@
 
 #include "columns.hpp"
 #include "config.hpp"
+#include "mission_columns.hpp"
 #include "parts.hpp"
 #include "ssjs/simulation/scenario.hpp"
 
@@ -14,9 +15,10 @@ namespace {
 
 using PointRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
-/// The log in columns, the truth, and the settings that a filter of the same mind has.
-py::dict mission_dict(const SimulatedMission& mission, const VehicleSimulationConfig& simulated) {
-  std::vector<double> control_time_s, speed_m_s, steering_rad, scan_time_s, range_m, bearing_rad;
+}  // namespace
+
+py::dict mission_columns(const SimulatedMission& mission, const VehicleSimulationConfig& simulated) {
+  std::vector<double> control_time_s, speed_m_s, steering_rad, scan_time_s, range_m, bearing_rad, covariance;
   std::vector<std::int64_t> landmark_id;
   for (const Event& event : mission.events) {
     if (const auto* control = std::get_if<AckermanControl>(&event.record)) {
@@ -29,6 +31,8 @@ py::dict mission_dict(const SimulatedMission& mission, const VehicleSimulationCo
         range_m.push_back(feature.range());
         bearing_rad.push_back(feature.bearing());
         landmark_id.push_back(feature.landmark_id.value_or(-1));
+        const Eigen::Matrix2d& R = feature.covariance;
+        covariance.insert(covariance.end(), {R(0, 0), R(0, 1), R(1, 1)});
       }
     }
   }
@@ -57,6 +61,8 @@ py::dict mission_dict(const SimulatedMission& mission, const VehicleSimulationCo
   dict["range_m"] = array_of(range_m);
   dict["bearing_rad"] = array_of(bearing_rad);
   dict["landmark_id"] = array_of(landmark_id);
+  using CovarianceRows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  dict["covariance"] = CovarianceRows(Eigen::Map<const CovarianceRows>(covariance.data(), static_cast<Eigen::Index>(range_m.size()), 3));
   dict["truth_time_s"] = array_of(mission.time_s);
   dict["truth_pose"] = truth;
   dict["landmark_position"] = PointRows(mission.world.landmarks_m.transpose());
@@ -64,6 +70,8 @@ py::dict mission_dict(const SimulatedMission& mission, const VehicleSimulationCo
   dict["config"] = config;
   return dict;
 }
+
+namespace {
 
 py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
   Scenario scenario;
@@ -73,7 +81,7 @@ py::dict simulate_scenario(const std::string& name, std::uint64_t seed) {
     scenario = built_in_scenario(name, seed);
     mission = simulate(scenario.world, scenario.config, seed);
   }
-  py::dict dict = mission_dict(mission, scenario.config);
+  py::dict dict = mission_columns(mission, scenario.config);
   dict["config"]["joining.max_pairing_sigma_m"] = 0.8;  // a regular grid of 5 m aliases by one cell: 0.16 of the spacing
   return dict;
 }
@@ -93,7 +101,7 @@ py::dict simulate_world(const py::EigenDRef<const Eigen::MatrixXd>& landmarks, c
     const py::gil_scoped_release released;
     mission = simulate(world, config, seed);
   }
-  return mission_dict(mission, config);
+  return mission_columns(mission, config);
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ COMMANDS = {
     "compare": ("ssjs_cli.commands.compare", "compare", "One mission through several methods: time, accuracy, consistency."),
     "consistency": ("ssjs_cli.commands.consistency", "consistency", "A scenario under many seeds: does a method know its own error?"),
     "sweep": ("ssjs_cli.commands.sweep", "sweep", "Cost and accuracy over submap size and fusion threshold."),
+    "batch": ("ssjs_cli.commands.batch", "batch", "A season of missions: each run by itself, one table, what stands out first."),
     "simulate": ("ssjs_cli.commands.simulate", "simulate", "Make a mission directory with truth from a scenario."),
     "import": ("ssjs_cli.commands.import_", "import_", "Make a mission directory from logs of other systems."),
     "evaluate": ("ssjs_cli.commands.evaluate", "evaluate", "Errors of a finished run against a reference."),

@@ -76,9 +76,19 @@ ESTIMATOR = SettingsKind(
 SONAR_PREFIX = "sonar."
 
 
+SONAR_MODEL = FieldDescription(
+    f"{SONAR_PREFIX}cascade_model", "optional_text", None, (), "", "detector cascade: the model, a cascade.json or the folder of a training"
+)
+
+
 def sonar_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The settings of the search for contacts, by their keys there."""
     return {key.removeprefix(SONAR_PREFIX): value for key, value in values.items() if key.startswith(SONAR_PREFIX)}
+
+
+def core_sonar_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """Those of them that the core knows: a model is read before."""
+    return {key: value for key, value in sonar_values(values).items() if key != SONAR_MODEL.key.removeprefix(SONAR_PREFIX)}
 
 
 def levelled_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
@@ -90,10 +100,11 @@ def _underwater_fields() -> Iterator[FieldDescription]:
     yield from described_by_core(_core.levelled_config_fields())
     for described in described_by_core(_core.side_scan_survey_fields()):
         yield replace(described, key=SONAR_PREFIX + described.key)
+    yield SONAR_MODEL
 
 
 def _underwater_violations(values: Mapping[str, Scalar]) -> list[str]:
-    of_sonar = _core.validate_side_scan_survey(sonar_values(values))
+    of_sonar = _core.validate_side_scan_survey(core_sonar_values(values))
     return _core.validate_levelled_config(levelled_values(values)) + [SONAR_PREFIX + violation for violation in of_sonar]
 
 
@@ -140,11 +151,15 @@ def flatten(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
 
 
 def _annotation(described: FieldDescription) -> Any:
-    plain: Any = {"float": float, "int": int, "bool": bool, "optional_float": float, "optional_int": int}.get(described.type)
+    plain: Any = {"float": float, "int": int, "bool": bool, "optional_float": float, "optional_int": int, "optional_text": str}.get(
+        described.type
+    )
     if described.type == "choice":
         plain = Literal[described.choices]
     if plain is None:
         raise TypeError(f"setting {described.key}: the type '{described.type}' is unknown to the command line")
+    if plain is str:  # which "none" is, too
+        return plain
     return plain | Literal["none"] if described.is_optional else plain
 
 
@@ -245,7 +260,7 @@ def _describe_item(
         hint = nearest_hint(str(value), described.choices)
         return f"{source}: {key} = {_shown(value)}: must be one of {', '.join(described.choices)}{hint}"
     wanted = {"float_type": "a number", "int_type": "a whole number", "bool_type": "true or false", "string_type": "a text"}.get(kind)
-    if described is not None and described.is_optional:
+    if described is not None and described.is_optional and described.type != "optional_text":
         wanted = ("a whole number" if described.type == "optional_int" else "a number") + f' or "{OFF}"'
     if wanted is not None:
         return f"{source}: {key} = {_shown(value)}: must be {wanted}"
@@ -293,6 +308,8 @@ def parse_value(described: FieldDescription, text: str, source: str) -> Scalar:
             return text
         hint = nearest_hint(text, described.choices)
         raise UserError(f"{source}: {described.key} = {text!r}: must be one of {', '.join(described.choices)}{hint}")
+    if described.type == "optional_text":
+        return text
     if described.type == "bool":
         if text in ("true", "false"):
             return text == "true"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/imaging/speckle.hpp"
 
 namespace ssjs {
 namespace {
@@ -17,32 +18,6 @@ constexpr int kSpotClearancePx = 6;   // between spots and the object or its sha
 constexpr double kLargeSpots = 0.03;  // of all spots
 constexpr double kFanHalfAngleDeg = 60;
 constexpr double kFanRangeOfRows = 0.98;
-
-/// A gamma deviate of mean 1 and variance 1 / looks: the mean of `looks` exponential ones. (O-13)
-double speckle(Rng& rng, int looks) {
-  double product = 1;
-  double sum = 0;
-  for (int i = 0; i < looks; ++i) {
-    product *= 1 - rng.uniform();
-    if (product < 1e-200) {
-      sum -= std::log(product);
-      product = 1;
-    }
-  }
-  return (sum - std::log(product)) / looks;
-}
-
-/// `levels` (CV_32F) under speckle of the looks that `looks` (CV_8U) asks for, in 8 bits.
-cv::Mat speckled(const cv::Mat& levels, const cv::Mat& looks, Rng rng) {
-  cv::Mat image(levels.size(), CV_8U);
-  for (int r = 0; r < image.rows; ++r) {
-    for (int c = 0; c < image.cols; ++c) {
-      const double level = levels.at<float>(r, c) * speckle(rng, looks.at<unsigned char>(r, c));
-      image.at<unsigned char>(r, c) = static_cast<unsigned char>(std::min(level, 255.0));
-    }
-  }
-  return image;
-}
 
 /// A part of an object: a line with round ends. Lengths are in those of the object, the origin is its middle.
 struct Stroke {

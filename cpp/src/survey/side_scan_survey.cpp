@@ -90,7 +90,7 @@ std::vector<std::string> SideScanSurveyConfig::violations() const {
   return found;
 }
 
-SurveyBlock survey_block(std::vector<SideScanPing> pings, const SideScanSurveyConfig& config) {
+SurveyBlock survey_block(std::vector<SideScanPing> pings, const SideScanSurveyConfig& config, const CascadeContacts* cascade) {
   SurveyBlock block;
   block.pings = std::move(pings);
   set_altitudes(block.pings, config);
@@ -104,16 +104,30 @@ SurveyBlock survey_block(std::vector<SideScanPing> pings, const SideScanSurveyCo
   gain.target_level = config.contact.seabed_level;
   block.grey = normalise_gain(in_16_bits(block.waterfall), gain);
   const SonarImage picture{block.grey, block.waterfall.valid};
-  block.boxes = config.detector == ContactDetector::kHighlightShadow
-                    ? highlights_with_shadows(picture, block.waterfall.nadir_column, config.highlight_shadow)
-                    : bright_regions(picture, block.waterfall.nadir_column, config);
+  switch (config.detector) {
+    case ContactDetector::kHighlightShadow:
+      block.boxes = highlights_with_shadows(picture, block.waterfall.nadir_column, config.highlight_shadow);
+      break;
+    case ContactDetector::kImprovedOtsu:
+      block.boxes = bright_regions(picture, block.waterfall.nadir_column, config);
+      break;
+    case ContactDetector::kCascade:
+      if (cascade != nullptr) block.boxes = cascade->boxes(picture, block.waterfall.nadir_column);
+      break;
+  }
   return block;
 }
 
-SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config) : config_(config) { throw_if_any(config.violations()); }
+SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& model, BlockSink sink)
+    : config_(config), sink_(std::move(sink)) {
+  throw_if_any(config.violations());
+  if (config.detector != ContactDetector::kCascade) return;
+  if (!model) throw InvalidArgument("detector", "cascade", "needs a model: give cascade_model");
+  cascade_.emplace(*model, config.cascade);
+}
 
 std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
-  const SurveyBlock block = survey_block(pings_, config_);
+  const SurveyBlock block = survey_block(pings_, config_, cascade_ ? &*cascade_ : nullptr);
   std::vector<SideScanContact> contacts;
   for (const ContactBox& box : block.boxes) {
     const auto contact = measure_contact({block.pings, block.waterfall, block.grey, first_index_}, box, config_.contact, config_.geometry);
@@ -122,6 +136,7 @@ std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   contacts = merge_contacts(std::move(contacts), config_.contact.merge_m);
   const auto is_others = [&](const SideScanContact& contact) { return contact.index < core_begin_ || contact.index >= core_end; };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_others), contacts.end());
+  if (sink_) sink_({block, contacts, first_index_, core_begin_, core_end});
   core_begin_ = core_end;
   return contacts;
 }

@@ -15,14 +15,19 @@ from ssjs_cli.session import Session
 if TYPE_CHECKING:
     from ssjs_cli.config import SettingsKind
 
-OF_RUN, OF_UNDERWATER, OF_SEGMENTATION = "run", "underwater", "segmentation"
+OF_RUN, OF_UNDERWATER, OF_SEGMENTATION, OF_PICTURES = "run", "underwater", "segmentation", "pictures"
 _MISSIONS = {OF_RUN: "in the plane", OF_UNDERWATER: "under water"}
 
 
 def _kind_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    text = "Settings of `run` and its studies on land, of `run` under water, or of `segment`."
+    text = "Settings of `run` and its studies on land, of `run` under water, of `segment`, or of the pictures of aekf-loop-images."
     return click.option(
-        "--of", "kind_name", type=click.Choice((OF_RUN, OF_UNDERWATER, OF_SEGMENTATION)), default=OF_RUN, show_default=True, help=text
+        "--of",
+        "kind_name",
+        type=click.Choice((OF_RUN, OF_UNDERWATER, OF_SEGMENTATION, OF_PICTURES)),
+        default=OF_RUN,
+        show_default=True,
+        help=text,
     )(command)
 
 
@@ -31,6 +36,10 @@ def _kind(name: str) -> "SettingsKind":
         from ssjs_cli.segmentation.settings import SEGMENTATION
 
         return SEGMENTATION
+    if name == OF_PICTURES:
+        from ssjs_cli.sonar_loop import PICTURES
+
+        return PICTURES
     from ssjs_cli.config import ESTIMATOR, UNDERWATER
 
     return UNDERWATER if name == OF_UNDERWATER else ESTIMATOR

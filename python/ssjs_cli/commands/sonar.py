@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from ssjs_cli.options import common_options
+from ssjs_cli.options import common_options, path_of
 from ssjs_cli.session import Session
 
 
@@ -56,18 +56,63 @@ def waterfall(session: Session, log: str, scale: str, frequency_khz: float | Non
 )
 @click.option(
     "--detector",
-    type=click.Choice(["highlight_shadow", "improved_otsu"]),
+    type=click.Choice(["highlight_shadow", "improved_otsu", "cascade"]),
     default="highlight_shadow",
     show_default=True,
-    help="What proposes contacts; both are measured by their shadows.",
+    help="What proposes contacts; all are measured by their shadows.",
 )
+@click.option("--model", type=click.Path(), default=None, help="cascade: a cascade.json, or the folder of a training.")
+@click.option("--min-score", type=float, default=None, help="cascade: detections with a lower score are dropped.")
+@click.option("--verify", type=click.Choice(["contour"]), default=None, help="cascade: look at the contour of each detection's echo.")
 @click.option("--layback", type=click.Choice(["auto", "apply", "ignore"]), default="auto", show_default=True, help="As of sonar info.")
 @common_options(out_help="The contacts, a CSV (default runs/<log>-contacts.csv).")
 @click.pass_obj
-def detect(session: Session, log: str, altitude: str, detector: str, layback: str, seed: int | None, force: bool, out: str | None) -> int:
+def detect(
+    session: Session,
+    log: str,
+    altitude: str,
+    detector: str,
+    model: str | None,
+    min_score: float | None,
+    verify: str | None,
+    layback: str,
+    seed: int | None,
+    force: bool,
+    out: str | None,
+) -> int:
     """The contacts of LOG: where they lie, how long, wide and high they are."""
+    from ssjs_cli.errors import UserError
     from ssjs_cli.sonar.detect import detect_contacts
 
-    target = None if out is None else Path(out)
     config: dict[str, float | int | bool | str | None] = {"altitude": altitude, "detector": detector}
-    return detect_contacts(Path(log), target, session, config=config, layback=layback, force=force)
+    of_cascade = {"--model": model, "--min-score": min_score, "--verify": verify}
+    given = [flag for flag, value in of_cascade.items() if value is not None]
+    if given and detector != "cascade":
+        raise UserError(f"{given[0]}: is of the detector cascade; add --detector cascade")
+    if min_score is not None:
+        config["cascade.min_score"] = min_score
+    if verify is not None:
+        config["cascade.verify"] = verify
+    return detect_contacts(Path(log), path_of(out), session, config=config, layback=layback, force=force, model=path_of(model))
+
+
+@sonar.command()
+@click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=click.Path())
+@click.option("--pings", type=click.IntRange(32), default=400, show_default=True, help="Rows of a tile.")
+@click.option(
+    "--object-size-m",
+    "object_size",
+    default="2.4,3.6",
+    metavar="ALONG,ACROSS",
+    show_default=True,
+    help="Box about an object and its shadow.",
+)
+@common_options(out_help="Folder of the tiles (default runs/tiles).")
+@click.pass_obj
+def tiles(session: Session, missions: tuple[str, ...], pings: int, object_size: str, seed: int | None, force: bool, out: str | None) -> int:
+    """Pictures and boxes for `cascade train`, from surveys whose objects and track are known, such as simulated ones."""
+    from ssjs_cli.sonar.tiles import TileRequest, size_of, write_tiles
+
+    target = path_of(out) or Path("runs") / "tiles"
+    request = TileRequest([Path(mission) for mission in missions], target, pings, size_of(object_size), force)
+    return write_tiles(request, session)

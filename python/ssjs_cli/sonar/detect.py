@@ -15,17 +15,27 @@ from ssjs_cli.formats.geographic import from_longitude_latitude
 from ssjs_cli.formats.mission import Geodetic
 from ssjs_cli.session import Session
 from ssjs_cli.sonar.contacts import Sighting, contacts_in, known, sonar_part
+from ssjs_cli.sonar.detector import MODEL_KEY, detector_model
 from ssjs_cli.sonar.info import describe_problem, exit_code
 from ssjs_cli.sonar.log_blocks import open_log
 
 
 def detect_contacts(
-    path: Path, out: Path | None, session: Session, *, config: Mapping[str, float | int | bool | str | None], layback: str, force: bool
+    path: Path,
+    out: Path | None,
+    session: Session,
+    *,
+    config: Mapping[str, float | int | bool | str | None],
+    layback: str,
+    force: bool,
+    model: Path | None = None,
 ) -> int:
+    """`model`: of the detector that needs one."""
+    used = detector_model({**config, MODEL_KEY: None if model is None else str(model)}, "--")
     target = out or Path("runs") / f"{path.stem}-contacts.csv"
     check_writable(target, [path], force=force)
     log = open_log(path, layback)
-    found = list(contacts_in(log, config))
+    found = list(contacts_in(log, config, None if used is None else used.cascade))
     info = log.info()
     if not info["pings"]:
         raise UserError(f"{path}: holds no side-scan ping; check that it is the right file")

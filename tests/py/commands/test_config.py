@@ -75,3 +75,12 @@ def test_settings_of_segmentation_are_dumped_described_and_checked(cli: Callable
     assert cli("config", "check", tmp_path / "a.toml", "--of", "segmentation").code == 0
     assert cli("config", "check", tmp_path / "a.toml").code == 2
     assert "segmentation" in json.loads(cli("config", "schema", "--of", "segmentation").out)["properties"]
+
+
+def test_settings_of_pictures_are_dumped(cli: Callable[..., Any]) -> None:
+    answer = cli("config", "dump", "--of", "pictures", "--set", "segmentation.method=max-entropy")
+    assert answer.code == 0, answer.err
+    document = tomllib.loads(answer.out)
+    assert document["segmentation"]["method"] == "max-entropy"
+    # The paper's settings for its low-resolution picture
+    assert document["segmentation"]["improved_otsu"] == {"spot_px": 15, "spot_limit": 100, "canny_high": 0.1255}
