@@ -182,3 +182,44 @@ def xtf(session: Session, source: str, seed: int | None, force: bool, out: str |
 def jsf(session: Session, source: str, seed: int | None, force: bool, out: str | None) -> int:
     """A side-scan survey: the JSF log SRC, its pings kept, its navigation as tables."""
     return _import_sonar_log(session, "jsf", source, force, out)
+
+
+@import_.command()
+@click.argument("source", metavar="SRC", type=click.Path())
+@click.option(
+    "--topic",
+    "topics",
+    multiple=True,
+    metavar="ROLE=TOPIC",
+    help="Topic of imu, velocity, depth, altitude or fix, or ROLE=none; may be repeated (default: found by type).",
+)
+@click.option(
+    "--axes",
+    type=click.Choice(["ros", "marine"]),
+    default="ros",
+    show_default=True,
+    help="Of the recording; ros: east-north-up and forward-left-up; marine: north-east-down and forward-starboard-down.",
+)
+@click.option("--surface-pressure-pa", type=click.FloatRange(0.0), default=101_325.0, show_default=True, help="Pressure of the air.")
+@click.option(
+    "--water-density-kg-m3", type=click.FloatRange(0.0, min_open=True), default=1025.0, show_default=True, help="From pressure to depth."
+)
+@common_options(out_help=OUT_HELP)
+@click.pass_obj
+def rosbag(
+    session: Session,
+    source: str,
+    topics: tuple[str, ...],
+    axes: str,
+    surface_pressure_pa: float,
+    water_density_kg_m3: float,
+    seed: int | None,
+    force: bool,
+    out: str | None,
+) -> int:
+    """An underwater vehicle recorded by ROS: a .bag of ROS 1, or of ROS 2 the directory, its .mcap or its .db3."""
+    from ssjs_cli.mission_run import path_name
+    from ssjs_cli.rosbag.mission import BagOptions, read_rosbag
+
+    options = BagOptions(topics, axes == "marine", surface_pressure_pa, water_density_kg_m3)
+    return _import(session, out, path_name(Path(source).stem), force, lambda: read_rosbag(Path(source), options))

@@ -265,6 +265,11 @@ def mission_directory(path: Path) -> Path:
 why_not_a_mission = holds_only((*MISSION_FILES, PINGS_FOLDER), (MISSION_FILE,))
 
 
+def is_mission_file(name: str) -> bool:
+    """Whether a name of `input_digests` is that of a mission's own file."""
+    return name in MISSION_FILES or name.startswith(f"{PINGS_FOLDER}/")
+
+
 def input_digests(directory: Path) -> dict[str, str]:
     """sha256 of every file of the mission that exists, by its name."""
     digests = {}

@@ -10,7 +10,7 @@ from ssjs_cli import _core
 from ssjs_cli.errors import UserError
 from ssjs_cli.exit_codes import DONE, PARTLY_DONE
 from ssjs_cli.formats.atomic import check_writable, new_file
-from ssjs_cli.formats.mission import Mission, input_digests, mission_directory, read_mission
+from ssjs_cli.formats.mission import Mission, input_digests, is_mission_file, mission_directory, read_mission
 from ssjs_cli.formats.mission_link import linked_mission
 from ssjs_cli.formats.run_directory import RUN_FILES, run_directory
 from ssjs_cli.mcap_export.mission_topics import StripSize, mission_topics
@@ -65,7 +65,8 @@ def _mission_of(directory: Path, run: RunFiles, given: Path | None, lost: list[s
             lost.append(f"{error}; {WITHOUT}")
             return None
     digests = input_digests(mission)
-    changed = sorted(name for name, digest in run.summary.get("input_digests", {}).items() if digests.get(name) != digest)
+    then = {name: digest for name, digest in run.summary.get("input_digests", {}).items() if is_mission_file(name)}
+    changed = sorted(name for name, digest in then.items() if digests.get(name) != digest)
     if changed:
         text = f"{mission / changed[0]}: is not the file that was run"
         if given is not None:
