@@ -83,10 +83,13 @@ def place_posts(track_m: FloatArray, count: int, sonar: ScanningSonar, random: n
 
 def _pings(vehicle: PoseSeries, sonar: ScanningSonar) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), beams from ahead towards starboard (n,) and true poses (n, 3)."""
-    ping_s = np.arange(vehicle.time_s[0], vehicle.time_s[-1], sonar.ping_interval_s)
-    beam_rad = sonar.step_rad * (np.arange(len(ping_s)) % sonar.pings_per_turn) - math.pi
+    duration_s = float(vehicle.time_s[-1] - vehicle.time_s[0])
+    ping_s: FloatArray = vehicle.time_s[0] + sonar.ping_interval_s * np.arange(int(duration_s / sonar.ping_interval_s)).astype(np.float64)
+    step = np.arange(len(ping_s)) % sonar.pings_per_turn
+    beam_rad: FloatArray = sonar.step_rad * step.astype(np.float64) - math.pi
     columns = [vehicle.pose[:, 0], vehicle.pose[:, 1], np.unwrap(vehicle.pose[:, 2])]
-    return ping_s, beam_rad, np.column_stack([np.interp(ping_s, vehicle.time_s, column) for column in columns])
+    pose: FloatArray = np.column_stack([np.interp(ping_s, vehicle.time_s, column) for column in columns])
+    return ping_s, beam_rad, pose
 
 
 def _echoes(
@@ -110,12 +113,9 @@ def _echoes(
     at = np.array(pings, dtype=np.int64)
     seen_posts = np.array(ids, dtype=np.int64)
     range_m, bearing_rad = _polar(posts[seen_posts] - pose[at, :2], pose[at, 2])
-    return (
-        ping_s[at],
-        np.maximum(range_m + random.normal(0.0, sonar.range_sigma_m, len(at)), 0.5 * sonar.min_range_m),
-        bearing_rad + random.normal(0.0, sonar.bearing_sigma_rad, len(at)),
-        seen_posts,
-    )
+    measured_m: FloatArray = np.maximum(range_m + random.normal(0.0, sonar.range_sigma_m, len(at)), 0.5 * sonar.min_range_m)
+    measured_rad: FloatArray = bearing_rad + random.normal(0.0, sonar.bearing_sigma_rad, len(at))
+    return ping_s[at], measured_m, measured_rad, seen_posts
 
 
 def _polar(offset_m: FloatArray, heading_rad: FloatArray) -> tuple[FloatArray, FloatArray]:

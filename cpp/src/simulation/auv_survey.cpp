@@ -89,6 +89,8 @@ class SensorSuite {
         velocity_(rng.stream("velocity")),
         side_scan_(rng.stream("side scan")),
         sample_loss_(rng.stream("sample loss")),
+        mirrored_(rng.stream("mirrored")),
+        clutter_(rng.stream("clutter")),
         bottom_lock_(config, rng),
         along_(static_cast<std::size_t>(world.landmarks_m.cols())) {}
 
@@ -108,13 +110,16 @@ class SensorSuite {
       tick.compass_rad = wrap_angle(rpy.z() + truth.compass_offset_rad + compass_.normal(config_.compass.sigma_rad));
     }
     const double z = truth.world_T_vehicle.translation.z();
-    if (due(step, config_.steps_per_depth, config_.phase_steps) && !lost()) tick.depth_m = z + depth_.normal(config_.depth.sigma_m);
+    if (due(step, config_.steps_per_depth, config_.phase_steps) && !lost()) {
+      tick.depth_m = z + tide_m(truth.time_s) + depth_.normal(config_.depth.sigma_m);
+    }
     if (due(step, config_.steps_per_altitude, config_.phase_steps) && !lost()) {
       const double slant = config_.altitude.along_body_axis ? 1.0 / (std::cos(rpy.x()) * std::cos(rpy.y())) : 1.0;
       tick.altitude_m = (truth.seabed_m - z) * slant + altitude_.normal(config_.altitude.sigma_m);
     }
     if (due(step, config_.steps_per_velocity, 0)) tick.velocity = velocity_sample(truth);
     tick.sightings = sightings(truth);
+    add_false_sightings(truth, tick.sightings);
     return tick;
   }
 
@@ -167,9 +172,36 @@ class SensorSuite {
     return seen;
   }
 
+  [[nodiscard]] double tide_m(double time_s) const {
+    return config_.tide_m > 0.0 ? config_.tide_m * std::sin(2.0 * kPi * time_s / config_.tide_period_s) : 0.0;
+  }
+
+  /// cross talk shows an object on both sides; clutter is anywhere in the swath, at the depth of the seabed.
+  void add_false_sightings(const AuvTruth& truth, SideScanSightings& seen) {
+    const bool turning = std::abs(truth.rates_rad_s.z()) > config_.max_turn_rate_rad_s;
+    const std::size_t real = seen.size();
+    for (std::size_t i = 0; i < real; ++i) {
+      if (mirrored_.uniform() >= config_.mirrored_fraction) continue;
+      seen.push_back(seen[i]);
+      seen.back().vehicle_p_point.y() *= -1.0;
+      seen.back().landmark_id = next_clutter_id_++;
+    }
+    if (turning || clutter_.uniform() >= config_.clutter_per_s * config_.step_s) return;
+    const double across = std::copysign(clutter_.uniform(config_.min_across_m, config_.max_across_m), clutter_.uniform() - 0.5);
+    const double down = truth.seabed_m - truth.world_T_vehicle.translation.z();
+    const double range = std::hypot(across, down);
+    SideScanSighting sighting;
+    const bool flat = config_.side_scan.form == SideScanForm::kFlatBottom;
+    sighting.vehicle_p_point = flat ? Eigen::Vector3d(0.0, std::copysign(range, across), 0.0) : Eigen::Vector3d(0.0, across, down);
+    sighting.covariance = side_scan_covariance(range, truth.velocity_m_s.norm(), config_.side_scan);
+    sighting.landmark_id = next_clutter_id_++;
+    seen.push_back(sighting);
+  }
+
   const SurveyWorld& world_;
   const AuvSimulationConfig& config_;
-  Rng gyro_, attitude_, compass_, depth_, altitude_, velocity_, side_scan_, sample_loss_;
+  Rng gyro_, attitude_, compass_, depth_, altitude_, velocity_, side_scan_, sample_loss_, mirrored_, clutter_;
+  std::int64_t next_clutter_id_ = kFirstClutterId;
   BottomLock bottom_lock_;
   std::vector<std::optional<double>> along_;  ///< body x of every landmark at the tick before
 };

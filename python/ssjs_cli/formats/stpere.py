@@ -42,13 +42,14 @@ DVL_MOUNTING_RPY_DEG = (180.0, 0.0, 60.0)
 CM_S = 0.01
 DGPS_SIGMA_M = 1.0
 
-# A gyro with a bias of half a degree a second. Two velocities differ by 0.29 m/s (RMS of an axis) whether 1 or 16 samples lie between them:
-# white noise of 0.2 m/s on a velocity that hardly changes. With such a log a map is uncertain to 0.3 m within seconds.
+# A gyro with a bias of half a degree a second; in one second its rates and the yaw of the AHRS part by 0.33 degrees. Two velocities
+# differ by 0.29 m/s (RMS of an axis) whether 1 or 16 samples lie between them: white noise of 0.2 m/s on a velocity that hardly changes.
+# With such a log a map is uncertain to 0.3 m within seconds; posts stand at least 2 m apart.
 VEHICLE_SETTINGS = {
-    "motion": {"velocity_walk_m_s_sqrt_s": 0.05},
+    "motion": {"velocity_walk_m_s_sqrt_s": 0.05, "gyro_sigma_rad_s": 0.018},
     "start": {"gyro_bias_sigma_rad_s": 0.02, "speed_m_s": 0.0},
     "velocity_log": {"sigma_m_s": 0.2},
-    "split": {"max_sigma_xy_m": 1.0},
+    "split": {"max_sigma_xy_m": 0.7},
 }
 CALIBRATION_FRACTION = 0.25
 # DGPS steps by 0.2 m and follows the vehicle on a line; the velocity log's drift takes some minutes to grow beyond that.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "joining/levelled_world.hpp"
+#include "joining/survey_bases.hpp"
 #include "mapping/survey_run.hpp"
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
@@ -48,14 +49,6 @@ struct Survey {
 };
 
 SimulatedSurvey simulate(std::uint64_t seed) { return simulate_survey(ssjs::survey_world({}, seed), AuvSimulationConfig{}, seed); }
-
-std::vector<Se2> true_bases(const SimulatedSurvey& survey, const std::vector<LevelledSubmap>& maps) {
-  const Se2 base_T_world = testing::level_pose(survey.truth.front()).inverse();
-  std::vector<Se2> bases;
-  for (const LevelledSubmap& map : maps) bases.push_back(base_T_world * testing::level_pose(testing::truth_at(survey, map.start_time_s)));
-  bases.push_back(base_T_world * testing::level_pose(testing::truth_at(survey, maps.back().end_time_s)));
-  return bases;
-}
 
 void judge_way(const PortJoiner& joiner, const SimulatedSurvey& survey, Survey& result) {
   const Se2 base_T_world = testing::level_pose(survey.truth.front()).inverse();
@@ -111,7 +104,7 @@ Survey run(const SimulatedSurvey& survey, const Variant& variant) {
     }
   }
   joiner.finish();
-  const std::vector<Se2> truth = true_bases(survey, maps);
+  const std::vector<Se2> truth = testing::true_bases(survey, maps);
   result.bases = testing::base_errors(joiner.level(), truth);
   result.final_m = (joiner.level().values().bases.back().translation() - truth.back().translation()).norm();
   result.maps = static_cast<int>(maps.size());

@@ -1,6 +1,7 @@
 """A real XTF log of an autonomous vehicle over a wreck, every field against another reader."""
 
 import datetime
+import importlib.util
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import pyxtf
 from ssjs_cli import _core
 
 LOG = "scotsman-iver2.xtf"
+PICTURE = Path(__file__).resolve().parents[3] / "docs" / "pictures" / "iver2_wreck.py"
 
 
 @pytest.fixture
@@ -115,3 +117,21 @@ def test_the_supplied_hit_is_bright(folder: Path) -> None:
     assert np.mean([clipped(chosen) for chosen in range(ping - 5, ping + 6)]) >= 0.15
     for before_or_behind in (range(100, 200), range(370, 410)):
         assert np.mean([clipped(chosen) for chosen in before_or_behind]) <= 0.03
+
+
+def test_the_supplied_hit_lies_in_the_box_of_the_wreck(folder: Path) -> None:
+    """In ground range, as its sample counts. The box is that of the picture in docs/sonar_logs.md, and it is drawn."""
+    specification = importlib.util.spec_from_file_location("iver2_wreck", PICTURE)
+    assert specification is not None and specification.loader is not None
+    drawing = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(drawing)
+    ping, ground_m = drawing.hit_of(folder)
+    assert ping == 281 and ground_m == pytest.approx(4.04, abs=0.02)
+    survey = _core.side_scan_pictures(_core.SonarLog(str(folder / LOG)), 4096, drawing.SETTINGS)
+    wrecks = [contact for contact in survey["contacts"] if drawing.holds(contact, ping, ground_m)]
+    assert len(wrecks) == 1
+    assert 15.0 < wrecks[0]["length_m"] < 30.0
+    assert 4.0 < wrecks[0]["width_m"] < 12.0
+    # Not by being everywhere.
+    first, last, nearest, farthest = drawing.box_of(wrecks[0])
+    assert last - first < 0.5 * len(survey["altitude_m"]) and farthest - nearest < 12.0

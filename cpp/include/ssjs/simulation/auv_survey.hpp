@@ -94,6 +94,10 @@ struct AuvSimulationConfig {
   double velocity_gap_every_s = 120.0;   ///< ... after exponential times of this mean
   std::vector<Outage> velocity_outages;  ///< and at these times
   double sample_loss_fraction = 0.0;     ///< of attitude, compass, depth and altitude samples, each by itself
+  double tide_m = 0.0;                   ///< depth readings gain a sine of this amplitude, 0 at the start; the altitude does not
+  double tide_period_s = 44712.0;        ///< 12.42 h
+  double mirrored_fraction = 0.0;        ///< of the sightings come a second time from the other side, as cross talk does
+  double clutter_per_s = 0.0;            ///< sightings of nothing, evenly over the swath; identities from kFirstClutterId on
   double min_across_m = 3.0;             ///< the swath on each side
   double max_across_m = 30.0;
   double max_turn_rate_rad_s = 0.0349066;        ///< no side-scan while the vehicle turns faster: images are smeared
@@ -131,6 +135,10 @@ struct AuvSimulationConfig {
     v.field("velocity_gap_s", velocity_gap_s, Rule::not_negative(), "now and then the velocity log loses the bottom for so long");
     v.field("velocity_gap_every_s", velocity_gap_every_s, Rule::positive(), "mean time between two such gaps");
     v.field("sample_loss_fraction", sample_loss_fraction, Rule{0, 1, false, true}, "lost samples of the other sensors");
+    v.field("tide_m", tide_m, Rule::not_negative(), "depth readings gain a sine of this amplitude");
+    v.field("tide_period_s", tide_period_s, Rule::positive(), "and this period");
+    v.field("mirrored_fraction", mirrored_fraction, Rule::closed(0, 1), "of the sightings come a second time from the other side");
+    v.field("clutter_per_s", clutter_per_s, Rule::not_negative(), "sightings of nothing, evenly over the swath");
     v.field("min_across_m", min_across_m, Rule::not_negative(), "nearest horizontal distance of the swath");
     v.field("max_across_m", max_across_m, Rule::positive(), "farthest horizontal distance of the swath");
     v.field("max_turn_rate_rad_s", max_turn_rate_rad_s, Rule::positive(), "no side-scan while the vehicle turns faster");
@@ -149,6 +157,9 @@ struct AuvTruth {
   double compass_offset_rad = 0.0;                         ///< reading without noise minus heading in the world
 };
 
+/// Mirrored echoes and clutter are of nothing that is seen again: each has an identity of its own.
+inline constexpr std::int64_t kFirstClutterId = 1'000'000;
+
 struct SimulatedSurvey {
   std::vector<NavigationTick> ticks;
   std::vector<AuvTruth> truth;  ///< of each tick
@@ -159,7 +170,7 @@ struct SimulatedSurvey {
 using SeabedDepth = std::function<double(const Eigen::Vector2d&)>;
 
 /// Drives the lines once. Streams of the seed: "gyro", "attitude", "compass", "depth", "altitude", "velocity", "side scan" (measurements),
-/// "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss" (which samples are missing). A `seabed` is the
+/// "mirrored", "clutter" (sightings of nothing), "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss" (which samples are missing). A `seabed` is the
 /// one that the altitude is measured over; without it the depth under the vehicle walks. Throws InvalidArgument for a configuration out of
 /// its rules or a path that cannot be driven.
 [[nodiscard]] SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed,
