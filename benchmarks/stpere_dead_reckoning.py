@@ -13,43 +13,25 @@ from pathlib import Path
 
 import numpy as np
 
-from ssjs_cli.formats.attitude import rotation
+from ssjs_cli.formats.bottom_track import bottom_track, positions_at, turned, yaw_between
 from ssjs_cli.formats.mission import Fixes, read_mission
 from ssjs_cli.formats.navigation import UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
 
 
 def dead_reckoning(navigation: UnderwaterNavigation) -> tuple[FloatArray, FloatArray]:
-    """Times (n,) and positions (n, 2) in the horizontal frame of the AHRS. A velocity holds on until the next one with bottom lock."""
-    velocity = navigation.velocity
-    if velocity is None:
+    """Times (n,) and positions (n, 2) in the horizontal frame of the AHRS."""
+    if navigation.velocity is None:
         raise SystemExit("the mission holds no dvl.csv")
-    time_s = velocity.time_s[velocity.bottom_lock]
-    attitude = navigation.attitude
-    angles = [np.interp(time_s, attitude.time_s, np.unwrap(column)) for column in attitude.angles_rad.T]
-    body = velocity.velocity_m_s[velocity.bottom_lock]
-    level = np.array([(rotation(*angle) @ v)[:2] for angle, v in zip(np.transpose(angles), body, strict=True)])
-    steps = 0.5 * (level[1:] + level[:-1]) * np.diff(time_s)[:, None]
-    return time_s, np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
-
-
-def turned(position: FloatArray, angle_rad: float) -> FloatArray:
-    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-    return position @ np.array([[cos, sin], [-sin, cos]])
-
-
-def yaw_offset(moved: FloatArray, reference: FloatArray) -> float:
-    """The turn that takes the moved positions nearest to the reference, both about their means."""
-    a, b = moved - moved.mean(axis=0), reference - reference.mean(axis=0)
-    return math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
+    return bottom_track(navigation.attitude, navigation.velocity)
 
 
 def score(time_s: FloatArray, position: FloatArray, fixes: Fixes, quarter: float = 0.25) -> dict[str, float]:
     inside = (fixes.time_s >= time_s[0]) & (fixes.time_s <= time_s[-1])
     fix_time_s, reference = fixes.time_s[inside], fixes.position_m[inside]
-    at_fix = np.column_stack([np.interp(fix_time_s, time_s, column) for column in position.T])
+    at_fix = positions_at(fix_time_s, time_s, position)
     early = fix_time_s <= time_s[0] + quarter * (time_s[-1] - time_s[0])
-    offset = yaw_offset(at_fix[early], reference[early])
+    offset = yaw_between(at_fix[early], reference[early])
     level = turned(at_fix, offset)
     error = level - level.mean(axis=0) - (reference - reference.mean(axis=0))
     from_start = level - level[0] - (reference - reference[0])

@@ -1,4 +1,4 @@
-# Headers, static libraries, CMake package and pkg-config file, all in the install component "development".
+# Headers, libraries, CMake package and pkg-config files, all in the install component "development".
 
 include(CMakePackageConfigHelpers)
 
@@ -9,6 +9,7 @@ foreach(part IN LISTS ssjs_parts)
     TARGETS ssjs_${part}
     EXPORT ssjs-${part}-targets
     ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
     FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development)
   install(EXPORT ssjs-${part}-targets NAMESPACE ssjs:: DESTINATION "${SSJS_CONFIG_DIR}" COMPONENT development)
 endforeach()
@@ -22,6 +23,8 @@ install(
   COMPONENT development)
 
 file(RELATIVE_PATH SSJS_PC_PREFIX "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
-configure_file("${PROJECT_SOURCE_DIR}/cmake/ssjs.pc.in" "${PROJECT_BINARY_DIR}/ssjs.pc" @ONLY)
-install(FILES "${PROJECT_BINARY_DIR}/ssjs.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
+foreach(name ssjs ssjs-online)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/${name}.pc.in" "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
+endforeach()
+install(FILES "${PROJECT_BINARY_DIR}/ssjs.pc" "${PROJECT_BINARY_DIR}/ssjs-online.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT development)

@@ -30,6 +30,9 @@ foreach(folder IN LISTS ssjs_test_folders)
   ssjs_compile_options(${test_target})
   target_include_directories(${test_target} PRIVATE "${PROJECT_SOURCE_DIR}/tests/cpp")
   target_link_libraries(${test_target} PRIVATE ssjs_${test_library} GTest::gtest_main)
+  if(folder STREQUAL "embed")
+    target_link_libraries(${test_target} PRIVATE ssjs_online) # beside ssjs::slam, which simulates
+  endif()
   if(NOT test_library STREQUAL "slam")
     # nothing precompiled: these sources see no Eigen
   elseif(NOT DEFINED ssjs_test_pch_owner)

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "columns.hpp"
 #include "config.hpp"
@@ -31,6 +32,10 @@ std::vector<double> upper_triangle(const Eigen::Matrix<double, kSize, kSize>& P)
 }
 
 py::list submap_list(const LevelledResult& result) {
+  std::map<int, int> live_map_of;
+  for (const LiveMapEstimate& map : result.live_maps) {
+    for (const int member : map.members) live_map_of[member] = map.base;
+  }
   py::list list;
   for (const LevelledSubmap& submap : result.submaps) {
     const GaussianSe2& base = result.global_T_base[static_cast<std::size_t>(submap.index)];
@@ -41,7 +46,7 @@ py::list submap_list(const LevelledResult& result) {
     entry["base_pose"] = Eigen::Vector3d(base.mean.vector());
     entry["base_covariance"] = upper_triangle<3>(base.covariance);
     entry["landmarks"] = submap.landmarks.size();
-    entry["live_map"] = submap.index;
+    entry["live_map"] = live_map_of.at(submap.index);
     entry["link_pose"] = Eigen::Vector3d(submap.mean.head<3>());
     entry["link_covariance"] = upper_triangle<3>(submap.covariance.topLeftCorner<3, 3>());
     entry["closed_because"] = submap.closed_because;
@@ -56,6 +61,10 @@ py::dict landmark_dict(const LevelledResult& result) {
   RowMatrix covariance(n, 6);
   std::vector<std::int64_t> times_seen;
   std::vector<std::int64_t> submap;
+  std::vector<std::int64_t> passes_seen;
+  std::vector<std::int64_t> passes_expected;
+  Eigen::VectorXd existence(n);
+  std::vector<bool> confirmed;
   std::vector<std::optional<std::int64_t>> identity;
   py::list maps;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -65,6 +74,10 @@ py::dict landmark_dict(const LevelledResult& result) {
     for (Eigen::Index j = 0; j < 6; ++j) covariance(i, j) = P[static_cast<std::size_t>(j)];
     times_seen.push_back(landmark.landmark.times_seen);
     submap.push_back(landmark.maps.front());
+    passes_seen.push_back(landmark.passes_seen);
+    passes_expected.push_back(landmark.passes_expected);
+    existence(i) = landmark.existence;
+    confirmed.push_back(landmark.confirmed);
     identity.push_back(landmark.landmark.source_id);
     maps.append(landmark.maps);
   }
@@ -75,6 +88,10 @@ py::dict landmark_dict(const LevelledResult& result) {
   dict["submap"] = array_of(submap);
   dict["landmark_id"] = identity;
   dict["maps"] = maps;
+  dict["passes_seen"] = array_of(passes_seen);
+  dict["passes_expected"] = array_of(passes_expected);
+  dict["existence"] = existence;
+  dict["confirmed"] = confirmed;
   return dict;
 }
 
@@ -93,11 +110,11 @@ py::dict to_python(const LevelledResult& result) {
   dict["updates"] = update_dict(result.updates);
   dict["submaps"] = submap_list(result);
   py::list live_maps;
-  for (const LevelledSubmap& submap : result.submaps) {
+  for (const LiveMapEstimate& map : result.live_maps) {
     py::dict entry;
-    entry["index"] = submap.index;
-    entry["members"] = std::vector<int>{submap.index};
-    entry["landmarks"] = submap.landmarks.size();
+    entry["index"] = map.base;
+    entry["members"] = map.members;
+    entry["landmarks"] = map.landmarks;
     live_maps.append(entry);
   }
   dict["live_maps"] = live_maps;
@@ -120,15 +137,16 @@ py::dict to_python(const LevelledResult& result) {
   counters["submaps"] = result.submaps.size();
   counters["loop_candidates"] = result.loop_candidates;
   counters["loop_closures"] = result.loop_closures;
-  counters["fusions"] = 0;
+  counters["fusions"] = result.fusions;
   counters["wrong_pairs"] = result.map_identities_known ? py::cast(result.map_wrong_pairs) : py::none();
   counters["scan_wrong_pairs"] = result.scan_wrong_pairs;
   counters["budget_exhausted"] = result.budget_exhausted;
   counters["compass_jumps"] = result.compass_jumps;
+  counters["landmarks_merged"] = result.merged;
   counters["samples_refused"] = result.refused;
-  counters["fusion_dof"] = 0;
+  counters["fusion_dof"] = result.fusion_dof;
   dict["counters"] = counters;
-  dict["fusion_chi2"] = 0.0;
+  dict["fusion_chi2"] = result.fusion_chi_squared;
   const double local_s = std::max(0.0, result.time_total_s - result.time_global_s - result.time_association_s);
   py::dict timing;
   timing["time_total_s"] = result.time_total_s;
@@ -141,13 +159,13 @@ py::dict to_python(const LevelledResult& result) {
   return dict;
 }
 
-py::dict run(const py::dict& config, NavigationLog& log, const std::optional<std::function<bool(double)>>& progress) {
+py::dict run(const py::dict& config, NavigationLog& log, const std::optional<std::function<bool(double)>>& progress, std::uint64_t seed) {
   const auto levelled = config_from<LevelledConfig>(config);
   const ProgressSink sink = progress_sink(progress);
   LevelledResult result;
   {
     const py::gil_scoped_release released;
-    result = run_levelled_mission(levelled, log.ticks(), sink);
+    result = run_levelled_mission(levelled, log.ticks(), sink, seed);
   }
   return to_python(result);
 }
@@ -157,8 +175,8 @@ py::dict run(const py::dict& config, NavigationLog& log, const std::optional<std
 void add_levelled(py::module_& module) {
   module.def("levelled_config_fields", &fields_of<LevelledConfig>, "Every configuration key of an underwater mission.");
   module.def(
-      "validate_levelled_config", [](const py::dict& values) { return violations(config_from<LevelledConfig>(values)); }, py::arg("values"),
-      "Every violation of a flat configuration, as text; unknown keys raise ValueError.");
+      "validate_levelled_config", [](const py::dict& values) { return config_from<LevelledConfig>(values).violations(); },
+      py::arg("values"), "Every violation of a flat configuration, as text; unknown keys raise ValueError.");
 
   using Array = py::EigenDRef<const Eigen::MatrixXd>;
   py::class_<NavigationLog>(module, "NavigationLog", "A log of an underwater vehicle, merged by time.")
@@ -197,7 +215,7 @@ void add_levelled(py::module_& module) {
           "point_m: n x 3, body frame; covariance: n x 6 upper triangles, or the sensor's; a negative landmark_id means unknown.")
       .def("__len__", [](NavigationLog& log) { return log.ticks().size(); });
 
-  module.def("run_levelled", &run, py::arg("config"), py::arg("log"), py::arg("progress") = py::none(),
+  module.def("run_levelled", &run, py::arg("config"), py::arg("log"), py::arg("progress") = py::none(), py::arg("seed") = 1,
              "Runs the log of an underwater vehicle through the pipeline. progress(fraction) -> False asks to stop (KeyboardInterrupt).");
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -17,6 +18,7 @@
 #include "ssjs/io/sonar_log.hpp"
 #include "ssjs/simulation/side_scan_simulator.hpp"
 #include "ssjs/survey/side_scan_survey.hpp"
+#include "ssjs/survey/survey_record.hpp"
 
 namespace ssjs::bindings {
 namespace {
@@ -91,29 +93,94 @@ std::vector<SideScanPing> next_pings(SonarLogReader& log, std::size_t most) {
   return pings;
 }
 
-/// None at the end of the log; then finish() gives what is left.
-py::object feed_log(SideScanSurvey& survey, SonarLogReader& log, std::size_t most_pings) {
-  if (most_pings == 0) throw InvalidArgument("most_pings", 0.0, "must be positive");
-  std::vector<SideScanContact> contacts;
-  bool any = false;
-  {
-    const py::gil_scoped_release unlocked;
-    for (SideScanPing& ping : next_pings(log, most_pings)) {
-      any = true;
-      for (SideScanContact& contact : survey.feed(std::move(ping))) contacts.push_back(std::move(contact));
-    }
+/// A survey that keeps, where that is asked for, what a report shows of the blocks that are done.
+class RecordedSurvey {
+ public:
+  RecordedSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& cascade, int pings_around)
+      : survey_(config, cascade, pings_around > 0 ? BlockSink([this](const FinishedBlock& finished) { keep(finished); }) : BlockSink{}),
+        pings_around_(pings_around) {
+    if (pings_around < 0) throw InvalidArgument("pings_around", pings_around, "must not be negative");
   }
-  return any ? py::object(contact_list(contacts)) : py::none();
-}
+  // The survey's sink points to this object.
+  RecordedSurvey(const RecordedSurvey&) = delete;
+  RecordedSurvey& operator=(const RecordedSurvey&) = delete;
 
-py::list finish(SideScanSurvey& survey) {
-  std::vector<SideScanContact> contacts;
-  {
-    const py::gil_scoped_release unlocked;
-    contacts = survey.finish();
+  /// None at the end of the log; then finish() gives what is left.
+  py::object feed_log(SonarLogReader& log, std::size_t most_pings) {
+    if (most_pings == 0) throw InvalidArgument("most_pings", 0.0, "must be positive");
+    std::vector<SideScanContact> contacts;
+    bool any = false;
+    {
+      const py::gil_scoped_release unlocked;
+      for (SideScanPing& ping : next_pings(log, most_pings)) {
+        any = true;
+        for (SideScanContact& contact : survey_.feed(std::move(ping))) contacts.push_back(std::move(contact));
+      }
+    }
+    return any ? py::object(with_rows(contacts)) : py::none();
   }
-  return contact_list(contacts);
-}
+
+  py::list finish() {
+    std::vector<SideScanContact> contacts;
+    {
+      const py::gil_scoped_release unlocked;
+      contacts = survey_.finish();
+    }
+    return with_rows(contacts);
+  }
+
+  /// One entry a block that was done since the last call.
+  py::list take_blocks() {
+    py::list all;
+    for (const auto& [reach, rows] : blocks_) {
+      const auto n = static_cast<py::ssize_t>(reach.size());
+      py::array_t<double> time_s(n);
+      py::array_t<double> altitude_m(n);
+      py::array_t<double> reach_m({n, py::ssize_t{4}});
+      for (py::ssize_t i = 0; i < n; ++i) {
+        const PingReach& ping = reach[static_cast<std::size_t>(i)];
+        time_s.mutable_at(i) = ping.time_s;
+        altitude_m.mutable_at(i) = ping.altitude_m;
+        for (py::ssize_t side = 0; side < 4; ++side) reach_m.mutable_at(i, side) = ping.reach_m.at(static_cast<std::size_t>(side));
+      }
+      py::dict entry = rows_dict(rows);
+      entry["time_s"] = time_s;
+      entry["altitude_m"] = altitude_m;
+      entry["reach_m"] = reach_m;
+      all.append(entry);
+    }
+    blocks_.clear();
+    return all;
+  }
+
+ private:
+  void keep(const FinishedBlock& finished) {
+    blocks_.emplace_back(own_reach(finished), own_rows(finished));
+    for (const SideScanContact& contact : finished.contacts) around_.push_back(rows_around(finished, contact, pings_around_));
+  }
+
+  static py::dict rows_dict(const PictureRows& rows) {
+    py::dict entry;
+    entry["grey"] = picture_array(rows.grey);
+    entry["first_index"] = rows.first_index;
+    entry["nadir_column"] = rows.nadir_column;
+    entry["column_m"] = rows.column_m;
+    return entry;
+  }
+
+  /// The contacts, each with the picture around it.
+  py::list with_rows(const std::vector<SideScanContact>& contacts) {
+    py::list all = contact_list(contacts);
+    for (std::size_t i = 0; i < around_.size(); ++i) all[i]["picture"] = rows_dict(around_[i]);
+    around_.clear();
+    return all;
+  }
+
+  SideScanSurvey survey_;
+  int pings_around_;
+  std::vector<std::pair<std::vector<PingReach>, PictureRows>> blocks_;
+  std::vector<PictureRows> around_;  ///< in the order of the contacts given out
+};
 
 /// Slant and ground range pictures of the pings, and the contacts in them.
 py::dict pictures_of(std::vector<SideScanPing> pings, const SideScanSurveyConfig& config, const ToneConfig& tone) {
@@ -196,14 +263,20 @@ py::dict simulated_pictures(const py::dict& seabed, const py::dict& track, const
 }  // namespace
 
 void add_survey(py::module_& module) {
-  py::class_<SideScanSurvey>(module, "SideScanSurvey", "Contacts of a side-scan log, as its pings come.")
-      .def(py::init([](const py::dict& config, const std::optional<HaarCascade>& cascade) {
-             return SideScanSurvey(survey_config(config), cascade);
-           }),
-           py::arg("config") = py::dict(), py::arg("cascade") = py::none(), "cascade: the model of that detector.")
-      .def("feed_log", &feed_log, py::arg("log"), py::arg("most_pings") = 512,
+  py::class_<RecordedSurvey>(module, "SideScanSurvey", "Contacts of a side-scan log, as its pings come.")
+      .def(
+          py::init([](const py::dict& config, const std::optional<HaarCascade>& cascade, int pings_around) {
+            return std::make_unique<RecordedSurvey>(survey_config(config), cascade, pings_around);
+          }),
+          py::arg("config") = py::dict(), py::arg("cascade") = py::none(), py::arg("pings_around") = 0,
+          "cascade: the model of that detector. pings_around: 0, or so many pings before and after each contact are kept as its `picture`, "
+          "and blocks for take_blocks().")
+      .def("feed_log", &RecordedSurvey::feed_log, py::arg("log"), py::arg("most_pings") = 512,
            "The contacts that the next pings of the log complete; None at its end.")
-      .def("finish", &finish, "The contacts of the pings still held.");
+      .def("finish", &RecordedSurvey::finish, "The contacts of the pings still held.")
+      .def("take_blocks", &RecordedSurvey::take_blocks,
+           "What was looked at since the last call, a dictionary a block of pings: time_s, altitude_m (used), reach_m (n, 4) ground ranges "
+           "port near, far, starboard near, far, and the ground-range picture with a row a ping.");
   module.def("side_scan_survey_fields", &fields_of<SideScanSurveyConfig>);
   module.def(
       "validate_side_scan_survey", [](const py::dict& values) { return violations(config_from<SideScanSurveyConfig>(values)); },

@@ -39,8 +39,10 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   std::vector<std::int64_t> ids;
   for (const NavigationTick& tick : survey.ticks) {
     const double t = tick.time_s;
-    if (tick.roll_pitch_rad && tick.compass_rad) attitude.add({t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y(), *tick.compass_rad});
-    if (tick.gyro_rad_s) gyro.add({t, tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()});
+    if (tick.roll_pitch_rad && tick.compass_rad) {  // one record of the attitude sensor: it is there whole or not at all
+      attitude.add({t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y(), *tick.compass_rad});
+      if (tick.gyro_rad_s) gyro.add({t, tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()});
+    }
     if (tick.velocity) {
       const Eigen::Vector3d& v = tick.velocity->velocity_m_s;
       velocity.add({t, v.x(), v.y(), v.z(), tick.velocity->bottom_lock ? 1.0 : 0.0});
@@ -74,11 +76,12 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   return dict;
 }
 
-py::dict simulate_auv_survey(std::uint64_t seed) {
+py::dict simulate_auv_survey(std::uint64_t seed, const py::dict& vehicle) {
+  const auto simulated = config_from<AuvSimulationConfig>(vehicle);
   SimulatedSurvey survey;
   {
     const py::gil_scoped_release released;
-    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), AuvSimulationConfig{}, seed);
+    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), simulated, seed);
   }
   return survey_dict(survey);
 }
@@ -139,8 +142,10 @@ py::object next_pings(SideScanMission& mission, std::size_t most) {
 }  // namespace
 
 void add_underwater_simulation(py::module_& module) {
-  module.def("simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0,
-             "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth.");
+  module.def(
+      "simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0, py::arg("vehicle") = py::dict(),
+      "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth. vehicle: "
+      "settings of the simulated vehicle and its sensors that differ from their defaults.");
   py::class_<SideScanMission>(module, "SideScanMission", "A simulated survey with side-scan sonar.")
       .def(py::init(&side_scan_mission), py::arg("config") = py::dict(), py::arg("seed") = 0)
       .def(

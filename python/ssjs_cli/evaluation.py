@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
+from ssjs_cli.contact_score import contact_score
 from ssjs_cli.errors import UserError, describe_os_error
 from ssjs_cli.formats.mission import Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.number_table import EXACT, FIXED, SCIENTIFIC, WHOLE, FloatArray, IntArray, write_table
@@ -27,6 +28,7 @@ MAP_MATCH_DISTANCE_M = 10.0
 POSE_DOF = 3
 POINT_DOF = 2
 SUMMARY_DECIMALS = 6
+BOUND_SIGMAS = 3.0
 UNUSABLE_REFERENCE = "the reference covers"
 
 
@@ -101,6 +103,7 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
     errors = online_errors = None
     moved_reference = nees = None
     final, final_covariance = last_of_each_time(estimate.final, estimate.final_covariance)
+    online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
     if track is not None:
         summary["alignment"] = description.alignment
         measured = _trajectory_error(final, track, description, description.outlier_m)
@@ -112,19 +115,26 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
         else:
             reference_T_estimate = np.asarray(measured["reference_T_estimate"], dtype=np.float64)
             errors = _error_table(final, final_covariance, track, measured, description)
-            online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
             online_measured = _trajectory_error(online, track, description, description.outlier_m)
             if online_measured is not None:
                 online_errors = _error_table(online, online_covariance, track, online_measured, description)
             _summarize_trajectory(summary, estimate, track, measured, online_measured, description)
+            summary["inside_3_sigma_fraction"] = _inside_bound(errors, final, estimate, reference.truth)
             moved_reference = [track.time_s, *_into_estimate_frame(track.position, reference_T_estimate).T]
     truth_T_estimate = reference_T_estimate
     if reference.truth is not None and errors is not None:
         truth_T_estimate = start_frame(final, reference.truth, description.max_gap_s, reference_T_estimate)
         nees = _pose_nees(summary, final, final_covariance, estimate.update_time_s, reference.truth, truth_T_estimate, description)
+        for prefix, series, covariance in (("", final, final_covariance), ("online_", online, online_covariance)):
+            judged = position_consistency(series, covariance, reference.truth, truth_T_estimate, description.max_gap_s)
+            if judged is not None:
+                summary[f"nees_position_{prefix}per_dof"], summary[f"inside_3_sigma_{prefix}fraction"] = judged
         _summarize_bases(summary, estimate, reference.truth, truth_T_estimate, description)
     if reference.landmarks is not None:
         _summarize_map(summary, estimate, reference.landmarks, reference_T_estimate, truth_T_estimate)
+        if estimate.is_under_water:
+            position = _into_reference_frame(estimate.landmarks.position, reference_T_estimate)
+            summary.update(contact_score(position, reference.landmarks))
     return Evaluation({key: _rounded(value) for key, value in summary.items()}, errors, online_errors, moved_reference, nees, lost)
 
 
@@ -154,7 +164,7 @@ def _is_last_of_its_time(time_s: FloatArray) -> np.ndarray[Any, np.dtype[np.bool
 def last_of_each_time(series: PoseSeries, covariance: FloatArray) -> tuple[PoseSeries, FloatArray]:
     """Several events may share a time; what counts is the estimate after the last of them."""
     keep = _is_last_of_its_time(series.time_s)
-    return PoseSeries(series.time_s[keep], series.pose[keep]), covariance[keep]
+    return PoseSeries(series.time_s[keep], series.pose[keep], None if series.space is None else series.space[keep]), covariance[keep]
 
 
 def _trajectory_error(
@@ -260,6 +270,17 @@ def _summarize_trajectory(
         summary["dead_reckoning_final_drift_percent"] = float(dead_reckoning["final_drift_percent"])
 
 
+def _inside_bound(errors: ErrorTable, final: PoseSeries, estimate: Estimate, truth: PoseSeries | None) -> float:
+    """Share of the compared times at which the errors along x, y and, where it is known, the depth all stay inside 3 sigma."""
+    time_s, _, _, error_x, error_y, sigma_x, sigma_y, _ = errors.columns
+    inside = (np.abs(error_x) <= BOUND_SIGMAS * sigma_x) & (np.abs(error_y) <= BOUND_SIGMAS * sigma_y)
+    if estimate.depth_variance_m2 is not None and final.space is not None and truth is not None and truth.space is not None:
+        depth_m = np.interp(time_s, final.time_s, final.space[:, 0])
+        sigma_m = np.sqrt(np.interp(time_s, estimate.final.time_s, estimate.depth_variance_m2))
+        inside &= np.abs(depth_m - np.interp(time_s, truth.time_s, truth.space[:, 0])) <= BOUND_SIGMAS * sigma_m
+    return float(inside.mean())
+
+
 def start_frame(series: PoseSeries, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:
     """truth_T_estimate from the first pose that the truth covers. The estimate's covariance is that about its own start, so a
     NEES is judged there; a least-squares alignment would move errors from the end of the mission to its start."""
@@ -340,6 +361,24 @@ def pose_nees(
             times.append(time)
             values.append(value)
     return np.array(times), np.array(values)
+
+
+def position_consistency(
+    series: PoseSeries, covariance: FloatArray, truth: PoseSeries, truth_T_estimate: FloatArray, max_gap_s: float
+) -> tuple[float, float] | None:
+    """(E-10) Over all rows that the truth covers: the mean NEES of x, y per degree of freedom, and the share of rows whose errors along x
+    and y both lie within three of their standard deviations. Rows that are exact by definition are left out."""
+    errors, rows = _pose_errors(series, truth, truth_T_estimate, max_gap_s)
+    R = _rotation(truth_T_estimate[2])
+    P = R @ _symmetric(covariance[rows])[:, :2, :2] @ R.T
+    determinant = P[:, 0, 0] * P[:, 1, 1] - P[:, 0, 1] ** 2
+    known = (determinant > 0.0) & (P[:, 0, 0] > 0.0)
+    if not known.any():
+        return None
+    (x, y), P = errors[known, :2].T, P[known]
+    nees = (P[:, 1, 1] * x**2 - 2.0 * P[:, 0, 1] * x * y + P[:, 0, 0] * y**2) / determinant[known]
+    inside = (np.abs(x) <= 3.0 * np.sqrt(P[:, 0, 0])) & (np.abs(y) <= 3.0 * np.sqrt(P[:, 1, 1]))
+    return float(nees.mean()) / POINT_DOF, float(inside.mean())
 
 
 def _pose_nees(

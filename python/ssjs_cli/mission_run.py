@@ -21,6 +21,7 @@ from ssjs_cli.config import (
     UNDERWATER,
     VEHICLE_KEY,
     Layer,
+    Scalar,
     Settings,
     SettingsKind,
     checked_seed,
@@ -33,7 +34,6 @@ from ssjs_cli.config import (
     resolve,
     sonar_values,
 )
-from ssjs_cli.contact_files import write_contacts
 from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import Evaluation, evaluate
 from ssjs_cli.formats.atomic import check_replaceable, new_directory
@@ -52,11 +52,15 @@ from ssjs_cli.formats.run_directory import (
     why_not_a_run,
     write_estimate,
 )
+from ssjs_cli.methods import refuse_elsewhere
 from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
-from ssjs_cli.sonar.contacts import Sighting, body_points, contacts_on_map, sightings_in
+from ssjs_cli.sonar.contacts import Sighting, body_points, sightings_in
 from ssjs_cli.sonar.detector import detector_model
+from ssjs_cli.sonar.log_times import check_log_times
+from ssjs_cli.sonar.survey_record import SurveyRecord
+from ssjs_cli.survey_output import write_survey
 from ssjs_cli.underwater_log import build_navigation_log, north, rotation_drive
 
 RUN_KIND = "run directory"
@@ -115,6 +119,8 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
         layer, file_seed = layer_from_file(request.config_path, kind)
         layers.append(layer)
     layers.append(layer_from_assignments(request.assignments, kind))
+    if request.method is not None:
+        refuse_elsewhere(request.method, kind, "--method")
     layers.append(layer_from_flag("--method", METHOD_KEY, request.method, kind))
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
     if kind is UNDERWATER:
@@ -125,6 +131,21 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
     seed = request.seed if request.seed is not None else file_seed
     return resolve(layers, kind), DEFAULT_SEED if seed is None else checked_seed(seed, "--seed")
+
+
+def with_contacts(
+    mission: Mission, settings: Mapping[str, Scalar], lost: list[str], record: SurveyRecord | None = None
+) -> tuple[Mission, list[Sighting]]:
+    """The mission with what is found in its sonar logs, where it does not bring its observations along; the record is told of what the
+    pings look like."""
+    if not mission.sonar_logs or mission.points is not None:
+        return mission, []
+    if mission.navigation is not None:
+        check_log_times(mission.sonar_logs, mission.navigation.attitude.time_s)
+    model = detector_model(sonar_values(settings))
+    cascade = None if model is None else model.cascade
+    sightings = sightings_in(mission.sonar_logs, core_sonar_values(settings), lost, cascade, record)
+    return replace(mission, points=body_points(sightings)), sightings
 
 
 def settings_kind(mission: Mission) -> SettingsKind:
@@ -232,14 +253,13 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     lost: list[str] = []
     warnings: list[str] = []
     sightings: list[Sighting] = []
+    record = SurveyRecord()
     if mission.sonar_logs and mission.points is None:
         model = detector_model(sonar_values(settings.values))
         if model is not None:
             digests[SONAR_MODEL.key] = model.digest
         with working("looking for contacts in the sonar logs"):
-            cascade = None if model is None else model.cascade
-            sightings = sightings_in(mission.sonar_logs, core_sonar_values(settings.values), lost, cascade)
-        mission = replace(mission, points=body_points(sightings))
+            mission, sightings = with_contacts(mission, settings.values, lost, record)
         stopwatch.lap("detect")
     log = build_log(mission, settings, directory, lost)
     if not mission.has_observations:
@@ -264,9 +284,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         estimate = estimate_of(result)
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)
-            if mission.navigation is not None:
-                contacts = contacts_on_map(estimate, sightings)
-                write_contacts(partial, mission.name, estimate.final.pose[:, :2], contacts, mission.geodetic)
+            survey = {} if mission.odometry is not None else write_survey(partial, mission, estimate, sightings, record)
             evaluation = evaluate(estimate, mission.reference)
             evaluation.write(partial)
         lost += evaluation.lost
@@ -278,6 +296,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         timing = _timing(result, stopwatch)
         (partial / TIMING_FILE).write_text(json_text(timing), encoding="utf-8")
         summary = _summary(mission, settings, seed, digests, config_text, result, estimate, evaluation, timing, warnings, lost)
+        summary.update(survey)
         (partial / SUMMARY_FILE).write_text(json_text(summary), encoding="utf-8")
         for text in lost:
             session.log("lost", level="warning", text=text)
@@ -289,7 +308,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
 def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Callable[[float], bool]) -> dict[str, Any]:
     try:
         if isinstance(log, _core.NavigationLog):
-            return _core.run_levelled(levelled_values(settings), log, progress)
+            return _core.run_levelled(levelled_values(settings), log, progress, seed)
         return _core.run(dict(settings), log, seed, progress)
     except ValueError as error:
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error
@@ -298,7 +317,9 @@ def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Ca
 def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str]:
     """What makes the track of an underwater vehicle worth little: no velocity over the bottom, a compass that jumps, and sensors that the
     filter hardly believes, because their noise, or another's, is not what the settings say."""
-    texts = []
+    texts: list[str] = []
+    if mission.odometry is not None:
+        return texts
     if mission.navigation is not None and (mission.navigation.velocity is None or not mission.navigation.velocity.bottom_lock.any()):
         texts.append("no velocity over the bottom: the vehicle is taken to keep the speed it starts with (start.speed_m_s)")
     jumps = result["counters"].get("compass_jumps", 0)
@@ -361,9 +382,10 @@ def _summary(
         "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
         "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
     }
-    if mission.navigation is not None:
+    if mission.odometry is None:
         summary["axis_names"] = ["x, ahead at the start", "y, starboard at the start"] if mission.geodetic is None else ["north", "east"]
         summary["sensors"] = numbers_of(result["sensors"])
+        summary["geodetic"] = None if mission.geodetic is None else mission.geodetic.model_dump()
     summary.update(measures(result, evaluation, timing))
     summary["warnings"] = list(warnings)
     summary["lost"] = list(lost)

@@ -16,9 +16,9 @@ from ssjs_cli.formats.mission import (
     read_mission_document,
     read_reference,
 )
+from ssjs_cli.formats.mission_link import linked_mission
 from ssjs_cli.formats.number_table import read_header
 from ssjs_cli.formats.run_directory import (
-    MISSION_LINK_FILE,
     REPORT_FILE,
     SUMMARY_FILE,
     read_estimate,
@@ -62,7 +62,7 @@ def evaluate_run(
 def find_reference(directory: Path, truth: Path | None) -> Reference:
     """The given one, or that of the mission which was run."""
     if truth is None:
-        mission = _linked_mission(directory)
+        mission = linked_mission(directory, "give --truth FILE or the mission directory as --truth")
         return require_reference(_mission_reference(mission), str(mission))
     if not truth.exists():
         raise UserError(f"{truth}: is missing; check the path")
@@ -75,20 +75,10 @@ def _mission_reference(mission: Path) -> Reference:
     return read_reference(mission, read_mission_document(mission / MISSION_FILE).reference)
 
 
-def _linked_mission(directory: Path) -> Path:
-    link = directory / MISSION_LINK_FILE
-    if not link.is_file():
-        raise UserError(f"{link}: is missing, so that the mission of this run is unknown; give --truth FILE")
-    mission = (directory.resolve() / str(read_json(link).get("mission", ""))).resolve()
-    if not (mission / MISSION_FILE).is_file():
-        raise UserError(f"{directory}: its mission is no longer at {mission}; give --truth FILE or the mission directory as --truth")
-    return mission
-
-
 def _reference_of_file(truth: Path, directory: Path) -> Reference:
     """A reference of its own; lever arm and outlier limit still come from the mission, where it can be found."""
     try:
-        description = read_mission_document(_linked_mission(directory) / MISSION_FILE).reference
+        description = read_mission_document(linked_mission(directory, "") / MISSION_FILE).reference
     except UserError:
         description = ReferenceDescription(alignment="se2")
     if truth.name == LANDMARKS_FILE:

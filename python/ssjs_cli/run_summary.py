@@ -47,6 +47,7 @@ def summary_text(finished: FinishedRun, *, with_report: bool) -> str:
         ("smoothing", _smoothing_text(summary)),
         ("trajectory", _trajectory_text(summary)),
         ("map error", _map_text(summary)),
+        ("contacts", _contacts_text(summary)),
         ("consistency", _consistency_text(summary)),
         ("results", str(finished.directory)),
         ("report", str(finished.directory / REPORT_FILE) if with_report else None),
@@ -86,6 +87,8 @@ def _trajectory_text(summary: dict[str, Any]) -> str | None:
     text += ")"
     if summary["dead_reckoning_rmse_m"] is not None:
         text += f"; dead reckoning {summary['dead_reckoning_rmse_m']:.3f} m"
+        if summary["trajectory_rmse_m"] > 0.0:
+            text += f", {summary['dead_reckoning_rmse_m'] / summary['trajectory_rmse_m']:.1f} times as much"
     return text
 
 
@@ -98,10 +101,24 @@ def _map_text(summary: dict[str, Any]) -> str | None:
     )
 
 
+def _contacts_text(summary: dict[str, Any]) -> str | None:
+    if summary.get("contacts_found") is None:
+        return None
+    text = f"{summary['contacts_found']} of {summary['objects']} objects found, "
+    text += f"{summary['contacts_false']} of {summary['contacts']} contacts false"
+    if summary["contacts_duplicate"]:
+        text += f" ({summary['contacts_duplicate']} of them a second one of an object)"
+    if summary["contact_position_rms_m"] is not None:
+        text += f", position RMS {summary['contact_position_rms_m']:.3f} m"
+    return text
+
+
 def _consistency_text(summary: dict[str, Any]) -> str | None:
     parts = []
     if summary["nis_mean"] is not None:
         parts.append(f"NIS per degree of freedom {summary['nis_mean']:.3f}")
     if summary["nees_mean"] is not None:
         parts.append(f"pose NEES {summary['nees_mean']:.2f} of {summary['nees_dof']}")
+    if summary.get("inside_3_sigma_fraction") is not None:
+        parts.append(f"{100.0 * summary['inside_3_sigma_fraction']:.1f} % of the time inside 3 sigma")
     return ", ".join(parts) or None

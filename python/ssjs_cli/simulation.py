@@ -10,8 +10,11 @@ import numpy as np
 from ssjs_cli import _core
 from ssjs_cli.config import (
     DEFAULT_SEED,
+    ESTIMATOR,
+    UNDERWATER,
     VEHICLE_KEY,
     Scalar,
+    SettingsKind,
     checked_seed,
     flatten,
     layer_from_tables,
@@ -38,13 +41,19 @@ class Scenario:
     world: Mapping[str, Any] | None = None
     description: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    survey: Mapping[str, Any] = field(default_factory=dict)
     pictures: Mapping[str, Scalar] = field(default_factory=dict)
+
+    @property
+    def kind(self) -> SettingsKind:
+        return UNDERWATER if self.built_in in UNDERWATER_SCENARIOS else ESTIMATOR
 
     @property
     def identity(self) -> dict[str, Any]:
         """All that determines its mission, but for the seed."""
         pictures = {"pictures": dict(self.pictures)} if self.pictures else {}
-        return {"built_in": self.built_in, "world": self.world, "settings": dict(self.settings), **pictures}
+        settings, survey = dict(self.settings), dict(self.survey)
+        return {"built_in": self.built_in, "world": self.world, "settings": settings, "survey": survey, **pictures}
 
 
 def read_scenario(text: str, seed: int | None, assignments: tuple[str, ...] = ()) -> Scenario:
@@ -55,7 +64,6 @@ def read_scenario(text: str, seed: int | None, assignments: tuple[str, ...] = ()
         return Scenario(text, DEFAULT_SEED if seed is None else seed, built_in=text, pictures=pictures)
     document = read_scenario_file(path)
     settings = document.get("settings", {})
-    layer_from_tables(settings, f"{path} [settings]")
     file_seed = None if document.get("seed") is None else checked_seed(document["seed"], f"{path}: seed")
     chosen = seed if seed is not None else file_seed
     scenario = Scenario(
@@ -65,8 +73,12 @@ def read_scenario(text: str, seed: int | None, assignments: tuple[str, ...] = ()
         world={table: document[table] for table in WORLD_TABLES} if "path" in document else None,
         description=document["description"],
         settings=settings,
+        survey=document.get("survey", {}),
         pictures=picture_settings(document.get("scenario", "of a file"), document.get("pictures", {}), str(path), assignments),
     )
+    layer_from_tables(settings, f"{path} [settings]", scenario.kind)
+    if scenario.survey and scenario.built_in not in UNDERWATER_SCENARIOS:
+        raise UserError(f"{path}: [survey] is for the underwater scenarios {', '.join(UNDERWATER_SCENARIOS)}; leave it out")
     if scenario.world is not None:
         simulator_config(scenario.world, str(path))
     return scenario
@@ -90,7 +102,9 @@ def _simulated(scenario: Scenario) -> dict[str, Any]:
 
 def simulate_mission(scenario: Scenario) -> Mission:
     if scenario.built_in in UNDERWATER_SCENARIOS:
-        return simulate_underwater(scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed)
+        return simulate_underwater(
+            scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed, scenario.survey
+        )
     simulated = _simulated(scenario)
     settings = {**dict(simulated["config"]), **dict(flatten(scenario.settings))}
     resolve([layer_from_tables(nest(settings), f"scenario {scenario.name}")])

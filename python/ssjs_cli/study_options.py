@@ -33,16 +33,27 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def request_of(
-    *, methods: str | None, config_path: str | None, out: str | None, workers: int | None, scheduler: str | None, **rest: Any
+    *,
+    scenario: str,
+    methods: str | None,
+    seed: int | None,
+    config_path: str | None,
+    out: str | None,
+    workers: int | None,
+    scheduler: str | None,
+    **rest: Any,
 ) -> "StudyRequest":
     from ssjs_cli.errors import UserError
-    from ssjs_cli.studies.methods import chosen_methods
+    from ssjs_cli.methods import chosen_methods
+    from ssjs_cli.simulation import read_scenario
     from ssjs_cli.studies.scenario_runs import StudyRequest
 
     if workers is not None and scheduler is not None:
         raise UserError("--jobs and --scheduler: the workers of a scheduler are counted there; give one of the two")
     return StudyRequest(
-        methods=chosen_methods(methods),
+        scenario,
+        methods=chosen_methods(methods, read_scenario(scenario, seed).kind),
+        seed=seed,
         config_path=None if config_path is None else Path(config_path),
         out=None if out is None else Path(out),
         workers=workers,

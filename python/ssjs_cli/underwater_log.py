@@ -8,6 +8,7 @@ from ssjs_cli.config import Layer
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.mission import MISSION_FILE, Mission
 from ssjs_cli.formats.navigation import IMU_FILE
+from ssjs_cli.underwater_clock import check_clock
 
 DRIVE_KEY = "motion.drive"
 NORTH_KEY = "joining.north_offset_rad"
@@ -32,6 +33,7 @@ def build_navigation_log(mission: Mission, directory: Path, lost: list[str]) -> 
     navigation = mission.navigation
     if navigation is None:
         raise UserError(f"{directory}: holds neither odometry.csv nor {IMU_FILE}; a mission needs the motion of its vehicle")
+    check_clock(mission, navigation, directory)
     log = _core.NavigationLog()
     attitude = navigation.attitude
     try:

@@ -1,5 +1,6 @@
 """The built-in surveys of an underwater vehicle, as missions with truth."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -8,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
-from ssjs_cli.config import UNDERWATER, layer_from_tables
+from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables, nest
+from ssjs_cli.errors import UserError
 from ssjs_cli.formats.mission import BodyPoints, Mission, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
@@ -16,14 +18,59 @@ from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.formats.xtf_writer import SideScanPings, write_xtf
 
 AUV_SURVEY = "auv-survey"
+WEAK_HEADING_SURVEY = "auv-survey-weak-heading"
 SIDE_SCAN_SURVEY = "side-scan-survey"
 SIDE_SCAN_SURVEY_LARGE = "side-scan-survey-large"
-UNDERWATER_SCENARIOS = (AUV_SURVEY, SIDE_SCAN_SURVEY, SIDE_SCAN_SURVEY_LARGE)
+REMUS_SURVEY = "remus-survey"
 
-# What differs from the simulator's own defaults: 300 m x 400 m.
-LARGE_SURVEY: Mapping[str, Any] = MappingProxyType(
-    {"lines.lines": 11, "lines.line_length_m": 400.0, "lines.line_spacing_m": 30.0, "lines.cross_lines": 5, "objects": 300}
+# By scenario with sonar pings, what differs from the simulator's own defaults.
+SONAR_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {
+        SIDE_SCAN_SURVEY: {},
+        SIDE_SCAN_SURVEY_LARGE: {
+            "lines.lines": 11,
+            "lines.line_length_m": 400.0,
+            "lines.line_spacing_m": 30.0,
+            "lines.cross_lines": 5,
+            "objects": 300,
+        },
+        # Objects on 400 m x 300 m, four hours: two dives over the same lines and cross lines, at 12 m and at 14 m.
+        REMUS_SURVEY: {
+            "lines.lines": 12,
+            "lines.line_length_m": 370.0,
+            "lines.line_spacing_m": 25.0,
+            "lines.cross_lines": 17,
+            "lines.cross_margin_m": 15.0,
+            "lines.landmark_margin_m": 12.5,
+            "lines.dives": 2,
+            "vehicle.dive_step_m": 2.0,
+            "vehicle.depth_gain_rad_m": 0.3,
+            "vehicle.sample_loss_fraction": 0.02,
+            "seabed.depth_m": 15.8,
+            "seabed.slope_north": 0.002,
+            "seabed.slope_east": -0.001,
+            "seabed.undulation_m": 0.15,
+            "seabed.ripple_m": 0.03,
+            "objects": 80,
+            "clearance_m": 8.0,
+            "max_altitude_m": 8.0,
+        },
+    }
 )
+# By scenario with sightings, the same. Turn rates of 4 deg/s noise instead of 0.2: 1.3 deg/sqrt(s) of heading are lost.
+POINT_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {AUV_SURVEY: {}, WEAK_HEADING_SURVEY: {"motion.gyro_sigma_rad_s": math.radians(4.0)}}
+)
+# Settings that a mission brings along. Looked for are objects of 0.4 m and more: with a pixel more on each side, 6 columns of 0.1 m across
+# the track and 4 pings 0.21 m apart. With a weak heading: a filter that knows it and leaves the compass alone.
+SCENARIO_SETTINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {
+        REMUS_SURVEY: {"sonar.highlight_shadow.smallest_highlight_px": 24},
+        WEAK_HEADING_SURVEY: {**POINT_SCENARIOS[WEAK_HEADING_SURVEY], "compass_use": "none"},
+    }
+)
+UNDERWATER_SCENARIOS = (*POINT_SCENARIOS, *SONAR_SCENARIOS)
+
 # 2026-01-01: logs of sonars carry dates.
 SONAR_EPOCH_S = 1767225600.0
 PINGS_PER_BLOCK = 512
@@ -32,14 +79,23 @@ LOG_NAME = "survey.xtf"
 GRID_ORIGIN_M = (500_000.0, 6_000_000.0)
 
 
-def simulate_underwater(built_in: str, name: str, description: str, settings: Mapping[str, Any], seed: int) -> Mission:
-    """`built_in`: one of UNDERWATER_SCENARIOS, with the sensors that the filter's defaults describe."""
+def simulate_underwater(
+    built_in: str, name: str, description: str, settings: Mapping[str, Any], seed: int, changes: Mapping[str, Any]
+) -> Mission:
+    """`built_in`: one of UNDERWATER_SCENARIOS, with the sensors that the filter's defaults describe. `changes`: tables or dotted keys of
+    the simulator, laid over those of the scenario."""
+    settings = nest({**SCENARIO_SETTINGS.get(built_in, {}), **dict(flatten(settings))})
     layer_from_tables(settings, f"scenario {name}", UNDERWATER)
     said = description or f"simulated: {built_in}, seed {seed}"
-    if built_in == AUV_SURVEY:
-        survey = _core.simulate_auv_survey(seed)
+    if built_in in POINT_SCENARIOS:
+        if changes:
+            raise UserError(f"scenario {name}: {built_in} takes no table [survey]; leave it out, or take {SIDE_SCAN_SURVEY}")
+        survey = _core.simulate_auv_survey(seed, dict(POINT_SCENARIOS[built_in]))
         return _mission(name, said, settings, survey, points=_points(survey))
-    sonar = _core.SideScanMission(dict(LARGE_SURVEY) if built_in == SIDE_SCAN_SURVEY_LARGE else {}, seed)
+    try:
+        sonar = _core.SideScanMission({**SONAR_SCENARIOS[built_in], **dict(flatten(changes))}, seed)
+    except ValueError as error:
+        raise UserError(f"scenario {name} [survey]: {error}") from error
     survey = _dated(sonar.survey())
 
     def record(folder: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssjs_cli.evaluation import evaluate, with_alignment
+from ssjs_cli.evaluation import evaluate, position_consistency, with_alignment
 from ssjs_cli.formats.mission import Fixes, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.number_table import FloatArray, read_table
 from ssjs_cli.formats.run_directory import ERROR_HEADER, REFERENCE_KEYS, Bases, Estimate, Landmarks
@@ -36,6 +36,42 @@ def test_without_a_reference_every_key_is_unknown() -> None:
     assert evaluation.summary == dict.fromkeys(REFERENCE_KEYS)
     assert evaluation.errors is None
     assert evaluation.lost == []
+
+
+def under_water(pose: FloatArray, depth_m: float, landmarks: Landmarks | None = None) -> Estimate:
+    """sigma of the depth 0.05 m"""
+    space = np.column_stack([np.full(11, depth_m), np.zeros(11), np.zeros(11)])
+    covariance = np.zeros((11, 21))
+    covariance[:, [0, 1, 5, 6, 10, 20]] = COVARIANCE[:, [0, 1, 2, 3, 4, 5]]
+    covariance[:, 11] = 0.0025
+    estimate = estimate_of(landmarks=landmarks)
+    return replace(estimate, final=PoseSeries(TIMES, pose, space), space_covariances=(covariance, covariance))
+
+
+@pytest.mark.parametrize(("ahead_m", "depth_m", "inside"), [(0.29, 12.14, 1.0), (0.31, 12.0, 0.0), (0.0, 12.16, 0.0)])
+def test_inside_3_sigma_counts_position_and_depth(ahead_m: float, depth_m: float, inside: float) -> None:
+    # 3 sigma: 0.3 m along x, 0.15 m of depth
+    truth = PoseSeries(TIMES, STRAIGHT, np.column_stack([np.full(11, 12.0), np.zeros(11), np.zeros(11)]))
+    estimate = under_water(STRAIGHT + np.array([ahead_m, 0.0, 0.0]), depth_m)
+    summary = evaluate(estimate, Reference(ReferenceDescription(alignment="none"), truth=truth)).summary
+    assert summary["inside_3_sigma_fraction"] == pytest.approx(inside)
+
+
+def test_contacts_are_found_false_or_a_second_one_of_an_object() -> None:
+    # objects at (0, 0), (20, 0), (40, 0); contacts 0.6 m and 2 m off the first, 0.8 m off the second, and one 9 m from the third
+    points = np.array([[0.0, 0.6], [0.0, -2.0], [20.8, 0.0], [40.0, 9.0]])
+    landmarks = Landmarks(np.arange(4), False, points, np.tile([0.01, 0.0, 0.01], (4, 1)), np.ones(4, np.int64), np.zeros(4, np.int64))
+    objects = SurveyedLandmarks(np.arange(3), np.array([[0.0, 0.0], [20.0, 0.0], [40.0, 0.0]]))
+    truth = PoseSeries(TIMES, STRAIGHT)
+    reference = Reference(ReferenceDescription(alignment="none"), truth=truth, landmarks=objects)
+    summary = evaluate(under_water(STRAIGHT, 12.0, landmarks), reference).summary
+    assert (summary["objects"], summary["contacts"]) == (3, 4)
+    assert (summary["contacts_found"], summary["contacts_false"], summary["contacts_duplicate"]) == (2, 2, 1)
+    assert summary["contacts_found_fraction"] == pytest.approx(2 / 3, abs=1e-6)
+    assert summary["contacts_false_fraction"] == pytest.approx(0.5)
+    # sqrt((0.6^2 + 0.8^2) / 2)
+    assert summary["contact_position_rms_m"] == pytest.approx(math.sqrt(0.5), abs=1e-6)
+    assert evaluate(estimate_of(landmarks=landmarks), reference).summary["contacts"] is None
 
 
 def test_a_constant_offset_is_the_error_without_alignment_and_vanishes_with_it() -> None:
@@ -174,3 +210,21 @@ def test_the_tables_are_written_and_stale_ones_removed(tmp_path: Path) -> None:
     assert table["error_m"] == pytest.approx(np.full(11, 0.5))
     evaluate(estimate_of(), Reference(ReferenceDescription())).write(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_e10_errors_within_three_standard_deviations() -> None:
+    # errors (1, 0) and (0, 7) m with standard deviations 1 and 2 m: NEES 1 and 49 / 4, per degree of freedom of two 0.5 and 6.125; the
+    # second lies 3.5 standard deviations off. A third pose is exact by definition and has none.
+    time_s = np.array([0.0, 1.0, 2.0])
+    truth = PoseSeries(np.array([0.0, 1.0, 2.0]), np.zeros((3, 3)))
+    estimate = PoseSeries(time_s, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.0, 7.0, -0.1]]))
+    covariance = np.array([[0.0] * 6, [1.0, 0.0, 0.0, 4.0, 0.0, 1.0], [1.0, 0.0, 0.0, 4.0, 0.0, 1.0]])
+    judged = position_consistency(estimate, covariance, truth, np.zeros(3), 10.0)
+    assert judged is not None
+    assert judged[0] == pytest.approx((0.5 + 6.125) / 2)
+    assert judged[1] == 0.5
+    # the same in a frame turned by 90 degrees, with the covariance of its own axes
+    turned = PoseSeries(time_s, np.array([[0.0, 0.0, 0.0], [0.0, -1.0, 0.0], [7.0, 0.0, 0.0]]))
+    swapped = covariance[:, [3, 1, 2, 0, 4, 5]]
+    assert position_consistency(turned, swapped, truth, np.array([0.0, 0.0, np.pi / 2]), 10.0) == pytest.approx(judged)
+    assert position_consistency(estimate, np.zeros((3, 6)), truth, np.zeros(3), 10.0) is None

@@ -28,6 +28,7 @@ void BatchPorts::align_to_north(const PortMap& map, Eigen::Index row, const Offs
 
 void BatchPorts::introduce(const PortMap& map, const std::vector<Port>& ports) {
   append_values(values_, map, ports);
+  count_landmarks();
   set_factor(map, ports);
 }
 
@@ -37,6 +38,23 @@ void BatchPorts::drift(int from, double variance) {
   drifts_.push_back({from, static_cast<int>(values_.offsets.size()), variance});
   values_.offsets.push_back(values_.offset(from));
   pattern_is_stale_ = true;
+}
+
+void BatchPorts::merge_landmarks(int keep, int gone) {
+  for (auto& [base, factor] : factors_) {  // (P-19)
+    for (Port& port : factor.ports) {
+      if (port.unknown == Unknown{UnknownKind::kLandmark, gone}) port.unknown.index = keep;
+    }
+  }
+  merged_.insert(gone);
+  count_landmarks();
+  pattern_is_stale_ = true;
+}
+
+void BatchPorts::count_landmarks() {
+  landmark_places_.clear();
+  int living = 0;
+  for (int i = 0; i < static_cast<int>(values_.landmarks.size()); ++i) landmark_places_.push_back(merged_.count(i) > 0 ? -1 : living++);
 }
 
 void BatchPorts::set_values(const PortValues& values) {
@@ -74,14 +92,17 @@ int BatchPorts::slot(const Unknown& unknown) const {
     case UnknownKind::kLandmark:
       break;
   }
-  return bases + offsets + unknown.index;
+  const int place = landmark_places_[static_cast<std::size_t>(unknown.index)];
+  return place < 0 ? -1 : bases + offsets + place;
 }
 
 std::vector<Unknown> BatchPorts::unknowns() const {
   std::vector<Unknown> all;
   for (std::size_t i = 0; i < values_.bases.size(); ++i) all.push_back({UnknownKind::kBase, static_cast<int>(i)});
   for (std::size_t i = 0; i < values_.offsets.size(); ++i) all.push_back({UnknownKind::kOffset, static_cast<int>(i)});
-  for (std::size_t i = 0; i < values_.landmarks.size(); ++i) all.push_back({UnknownKind::kLandmark, static_cast<int>(i)});
+  for (std::size_t i = 0; i < values_.landmarks.size(); ++i) {
+    if (landmark_places_[i] >= 0) all.push_back({UnknownKind::kLandmark, static_cast<int>(i)});
+  }
   return all;
 }
 

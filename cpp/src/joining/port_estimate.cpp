@@ -1,5 +1,6 @@
 #include "ssjs/joining/port_estimate.hpp"
 
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -16,7 +17,7 @@ struct CorrectedState {
   Eigen::MatrixXd covariance;  ///< of (base, entries), 3 + n
 };
 
-CorrectedState correct(const PortMap& map, Eigen::Index entries, const PortLevel& level) {
+CorrectedState correct(const PortMap& map, Eigen::Index entries, const PortKnowledge& level) {
   const Eigen::VectorXi rows = Eigen::VectorXi::LinSpaced(entries, 0, static_cast<int>(entries) - 1);
   const ConditionalPlacement m = place_rows(map, rows, level.values());
   CorrectedState state{m.mean - map.submap.mean.head(entries), {}};
@@ -52,7 +53,9 @@ std::vector<SurveyLandmark> landmarks_in_world(const std::deque<PortMap>& maps, 
       } else {
         known.landmark.take(landmark);
       }
-      known.maps.push_back(map.base());
+      const std::vector<double> seen_s = map.submap.times_seen_s(i);
+      known.seen_s.insert(known.seen_s.end(), seen_s.begin(), seen_s.end());
+      if (known.maps.empty() || known.maps.back() != map.base()) known.maps.push_back(map.base());
     }
     if (alone.empty()) continue;
     const std::vector<Unknown> unknowns = unknowns_of(alone);
@@ -63,14 +66,18 @@ std::vector<SurveyLandmark> landmarks_in_world(const std::deque<PortMap>& maps, 
       single.push_back({placed.mean.segment<3>(at),
                         P.block<3, 3>(at, at),
                         map.submap.landmarks[static_cast<std::size_t>(alone[i].landmark)],
-                        {map.base()}});
+                        {map.base()},
+                        map.submap.times_seen_s(alone[i].landmark)});
     }
   }
+  for (SurveyLandmark& landmark : shared) std::sort(landmark.seen_s.begin(), landmark.seen_s.end());
+  const auto is_merged = [](const SurveyLandmark& landmark) { return landmark.maps.empty(); };  // into another
+  shared.erase(std::remove_if(shared.begin(), shared.end(), is_merged), shared.end());
   shared.insert(shared.end(), single.begin(), single.end());
   return shared;
 }
 
-std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortLevel& level) {
+std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortKnowledge& level) {
   std::map<Eigen::Index, CorrectedState> states;  // by how many entries a step follows: the same for nearly all
   const Se2& global_T_base = level.values().base(map.base());
   const Eigen::Matrix2d R = global_T_base.rotation();

@@ -78,6 +78,10 @@ void PortJoiner::check(const LevelledSubmap& submap) const {
         number(submap.mean.size()) + " entries, covariance " + number(submap.covariance.rows()) + " x " + number(submap.covariance.cols()),
         "3 for the exit, the compass entries and 3 a landmark make " + number(n));
   }
+  if (!submap.seen_s.empty() && submap.seen_s.size() != submap.landmarks.size()) {
+    throw InvalidArgument("submap " + std::to_string(submap.index), std::to_string(submap.seen_s.size()) + " lists of sighting times",
+                          "one a landmark, or none at all");
+  }
   if (!submap.mean.allFinite() || !submap.covariance.allFinite()) {
     throw InvalidArgument("submap " + std::to_string(submap.index), "not finite", "mean and covariance must be");
   }
@@ -154,7 +158,11 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   const Eigen::Index n = submap.landmark_count();
   for (Eigen::Index i = 0; i < n; ++i) extent.centroid += submap.mean.segment<2>(submap.landmark_offset(i)) / static_cast<double>(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    extent.radius_m = std::max(extent.radius_m, (submap.mean.segment<2>(submap.landmark_offset(i)) - extent.centroid).norm());
+    const Eigen::Index at = submap.landmark_offset(i);
+    const double sigma_m = largest_sigma(submap.covariance.block<2, 2>(at, at));
+    const double distance_m = (submap.mean.segment<2>(at) - extent.centroid).norm();
+    extent.radius_m = std::max(extent.radius_m, distance_m);
+    extent.reach_m = std::max(extent.reach_m, distance_m + kReachSigmas * sigma_m);
   }
   extents_.push_back(extent);
   maps_.push_back({std::move(submap), {}});
@@ -183,6 +191,9 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   const std::vector<int> others = maps_in_reach(newest);
   report.append(pair_with(newest, others, false));
   for (const int other : others) report.append(pair_with(other, {newest}, true));
+  std::vector<int> around = others;
+  around.push_back(newest);
+  merge_duplicates(around);
   return report;
 }
 
@@ -200,7 +211,7 @@ std::vector<int> PortJoiner::maps_in_reach(int newest) const {
     const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, own.centroid);
     J << J_tau * tau.J_i, J_tau * tau.J_j;
     const Eigen::Matrix2d P = J * level_->covariance({{UnknownKind::kBase, k}, own_base}) * J.transpose();
-    const double gap_m = (tau.i_T_j * own.centroid - extent.centroid).norm() - own.radius_m - extent.radius_m;
+    const double gap_m = (tau.i_T_j * own.centroid - extent.centroid).norm() - own.reach_m - extent.reach_m;
     if (gap_m <= kReachSigmas * largest_sigma(P)) others.push_back(k);  // (J-6)
   }
   return others;
@@ -316,7 +327,54 @@ void PortJoiner::join(int observer, const std::vector<Match>& matches) {
   level_->settle();
 }
 
-void PortJoiner::finish() { level_->adjust(); }
+void PortJoiner::merge_duplicates(const std::vector<int>& among) {
+  if (!(config_.duplicate_probability > 0.0) || config_.association == AssociationMethod::kKnown) return;
+  const DuplicateConfig config{config_.gate_probability, config_.duplicate_probability, config_.max_chance_odds};
+  while (const std::optional<Duplicate> duplicate = likeliest_duplicate(maps_, among, *level_, config)) {
+    merge(*duplicate);
+    level_->settle();
+  }
+}
+
+void PortJoiner::merge(const Duplicate& duplicate) {
+  const auto map_of = [&](const Sighting& sighting) -> PortMap& { return maps_[static_cast<std::size_t>(sighting.map->base())]; };
+  const auto identity = [](const Sighting& sighting) {
+    return sighting.map->submap.landmarks[static_cast<std::size_t>(sighting.landmark)].source_id;
+  };
+  ++merged_;
+  if (identity(duplicate.a) && identity(duplicate.b) && *identity(duplicate.a) != *identity(duplicate.b)) ++wrongly_merged_;
+  Sighting a = duplicate.a;
+  Sighting b = duplicate.b;
+  if (!a.port() && b.port()) std::swap(a, b);
+  if (!a.port()) {
+    const std::vector<Port> promoted{{a.row(), {UnknownKind::kLandmark, landmark_ports_++}}};
+    level_->introduce(map_of(a), promoted);  // (P-7)
+    put(map_of(a), promoted);
+  }
+  const Unknown kept = *a.port();
+  if (!b.port()) {  // a second entry for the same unknown, of whichever map
+    const std::vector<Port> tied{{b.row(), kept}};
+    level_->tie(map_of(b), tied);  // (P-8)
+    put(map_of(b), tied);
+    return;
+  }
+  const Unknown gone = *b.port();
+  level_->merge_landmarks(kept.index, gone.index);  // (P-19)
+  for (PortMap& map : maps_) {
+    for (Port& port : map.ports) {
+      if (port.unknown == gone) port.unknown = kept;
+    }
+  }
+}
+
+void PortJoiner::finish() {
+  level_->adjust();
+  const int before = merged_;
+  std::vector<int> all;
+  for (const PortMap& map : maps_) all.push_back(map.base());
+  merge_duplicates(all);
+  if (merged_ > before) level_->adjust();
+}
 
 GaussianSe2 PortJoiner::global_T_newest_base() const {
   const auto newest = static_cast<int>(maps_.size());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
@@ -94,12 +95,12 @@ void RecursivePorts::tie(const PortMap& map, const std::vector<Port>& ports) {
   const PortPlacement seen = place_ports(map.base(), ports, values_);
   const ConditionalPlacement m = place_rows(map, state_rows(ports), values_);
   const Eigen::MatrixXd H = over_state(seen.J, seen.unknowns, seen.columns) - over_state(m.J, m.unknowns, m.columns);
-  update(port_difference(ports, seen.s, m.mean), H, m.noise, map);  // (P-8)
+  update(port_difference(ports, seen.s, m.mean), H, m.noise, "ports of map " + std::to_string(map.base()));  // (P-8)
 }
 
-void RecursivePorts::update(const Eigen::VectorXd& residual, const Eigen::MatrixXd& H, const Eigen::MatrixXd& noise, const PortMap& map) {
+void RecursivePorts::update(const Eigen::VectorXd& residual, const Eigen::MatrixXd& H, const Eigen::MatrixXd& noise,
+                            const std::string& name) {
   const Eigen::MatrixXd PHt = P_ * H.transpose();
-  const std::string name = "ports of map " + std::to_string(map.base());
   const Eigen::MatrixXd L = cholesky_lower(H * PHt + noise, "innovation covariance", name.c_str());
   const Eigen::MatrixXd Y = L.triangularView<Eigen::Lower>().solve(PHt.transpose());  // L^-1 H P
   const Eigen::VectorXd step = -Y.transpose() * L.triangularView<Eigen::Lower>().solve(residual);
@@ -118,6 +119,29 @@ void RecursivePorts::drift(int from, double variance) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(1, P_.rows());
   J(0, row_of_.at({UnknownKind::kOffset, from})) = 1.0;
   augment({{UnknownKind::kOffset, static_cast<int>(values_.offsets.size()) - 1}}, J, Eigen::MatrixXd::Constant(1, 1, variance));
+}
+
+void RecursivePorts::merge_landmarks(int keep, int gone) {
+  factors_.merge_landmarks(keep, gone);
+  const Unknown stays{UnknownKind::kLandmark, keep};
+  const Unknown leaves{UnknownKind::kLandmark, gone};
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(3, P_.rows());
+  H.middleCols<3>(row_of_.at(stays)).setIdentity();
+  H.middleCols<3>(row_of_.at(leaves)) = -Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d difference = values_.landmark(keep) - values_.landmark(gone);
+  update(difference, H, Eigen::Matrix3d::Zero(), "landmarks " + std::to_string(keep) + " and " + std::to_string(gone));  // (P-19)
+
+  std::vector<Eigen::Index> rest;
+  std::vector<Block> blocks;
+  for (const Block& block : blocks_) {
+    if (block.unknown == leaves) continue;
+    blocks.push_back({block.unknown, static_cast<Eigen::Index>(rest.size())});
+    row_of_[block.unknown] = blocks.back().row;
+    for (Eigen::Index i = 0; i < rows_of(block.unknown.kind); ++i) rest.push_back(block.row + i);
+  }
+  row_of_.erase(leaves);
+  blocks_ = std::move(blocks);
+  P_ = P_(rest, rest).eval();
 }
 
 void RecursivePorts::settle() {

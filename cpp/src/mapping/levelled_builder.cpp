@@ -17,6 +17,8 @@ constexpr double kLeastVariance = 1e-12;      // of an exit: a vehicle that has 
 constexpr double kLeastDriftVariance = 1e-9;  // rad^2, between the offsets at the borders of a map that took no time
 constexpr double kUnknownOffsetRad = 10.0;    // sigma of an offset that no reading told
 constexpr double kGyroHolds = 20.0;           // gyro_step_s: a gyro that is silent for longer says nothing of the turn
+constexpr double kCompassHoldsS = 2.0;        // the same of a compass
+constexpr double kUntoldTurn = 0.25;          // rad/sqrt(s): a survey's turns, where neither gyro nor compass tells of them
 constexpr double kLongestSilenceS = 4.0 * 3600.0;
 constexpr double kMostSteps = 1000.0;          // of one prediction, however long the silence
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map does
@@ -40,6 +42,12 @@ NavigationTick without(NavigationTick tick, const std::vector<NavigationSensor>&
     if (sensor == NavigationSensor::kVelocityLog) tick.velocity.reset();
   }
   return tick;
+}
+
+/// RMS of 1 - cos(e), e ~ N(0, variance): what a heading error e takes off a way of 1 m, beyond the first order.
+double shortening(double variance) {
+  if (variance < 1e-3) return std::sqrt(0.75) * variance;
+  return std::sqrt(1.5 - 2.0 * std::exp(-0.5 * variance) + 0.5 * std::exp(-2.0 * variance));
 }
 
 bool corrects_heading(CompassUse use) { return use == CompassUse::kFilter || use == CompassUse::kFirstReading; }
@@ -121,9 +129,10 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   filter_.reset(x, P);
   journal_.clear();
   landmarks_.clear();
+  seen_s_.clear();
   start_time_s_ = time_s_ = tick.time_s;
   last_step_s_ = tick.time_s - 2.0 * config_.trajectory_interval_s;
-  distance_m_ = 0.0;
+  distance_m_ = shortened_m_ = 0.0;
   offset_known_ = false;
   met_.fill(false);
   mean_samples_ = 0;
@@ -138,9 +147,17 @@ void LevelledBuilder::predict_to(double time_s) {
     ConstantVelocityConfig motion_config = config_.motion;
     const bool gyro_speaks = gyro_rad_s_ && time_s_ + gap_s * (i + 1) / steps - gyro_time_s_ <= kGyroHolds * config_.motion.gyro_step_s;
     if (motion_config.drive == RotationDrive::kGyro && !gyro_speaks) motion_config.drive = RotationDrive::kConstantAttitude;
-    const VehiclePrediction motion =
+    VehiclePrediction motion =
         predict_constant_velocity(filter_.vehicle(), gyro_rad_s_.value_or(Eigen::Vector3d::Zero()), gap_s / steps, motion_config);
-    distance_m_ += (motion.state - filter_.vehicle()).segment<2>(Layout::kPosition).norm();
+    const double way_m = (motion.state - filter_.vehicle()).segment<2>(Layout::kPosition).norm();
+    distance_m_ += way_m;
+    constexpr Eigen::Index kYaw = Layout::kAttitude + 2;
+    if (config_.motion.drive == RotationDrive::kGyro && !gyro_speaks && !(time_s - compass_time_s_ <= kCompassHoldsS)) {
+      motion.Q(kYaw, kYaw) += squared(kUntoldTurn) * gap_s / steps;
+    }
+    const double before_m = shortened_m_;  // the same heading error takes from every metre, so that the metres add up
+    shortened_m_ += way_m * shortening(filter_.vehicle_covariance()(kYaw, kYaw));
+    motion.Q.topLeftCorner<2, 2>().diagonal().array() += squared(shortened_m_) - squared(before_m);
     filter_.predict(motion);
   }
   time_s_ = time_s;
@@ -224,6 +241,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     gated.sensors.push_back(NavigationSensor::kSideScan);
     gated.rows.push_back(std::move(block));
     ++landmarks_[at(pair.prediction)].times_seen;
+    seen_s_[at(pair.prediction)].push_back(time_s_);
   }
   for (const NavigationSensor sensor : gated.sensors) met_[static_cast<std::size_t>(sensor)] = true;
   const bool starts = time_s_ == start_time_s_ && landmarks_.empty();  // against a prior that is wide on purpose: no statistics
@@ -237,6 +255,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
   if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) {
     introduce_offset(*tick.compass_rad, config_.compass.sigma_rad);
   }
+  if (tick.compass_rad && corrects_heading(config_.compass_use)) compass_time_s_ = tick.time_s;
   if (tick.compass_rad && config_.compass_use == CompassUse::kMean) add_to_mean(tick.time_s, *tick.compass_rad);
   for (const Eigen::Index i : association.fresh) {
     const SideScanSighting& sighting = tick.sightings[at(i)];
@@ -244,6 +263,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     if (!landmark) continue;
     filter_.add_landmark(*landmark);
     landmarks_.push_back({1, sighting.landmark_id, {static_cast<std::int64_t>(landmarks_.size())}});
+    seen_s_.push_back({time_s_});
     ++result.added;
   }
   result.paired = static_cast<int>(association.pairs.size());
@@ -269,6 +289,9 @@ std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmark
   now.distance_m = distance_m_;
   now.duration_s = time_s_ - start_time_s_;
   if (auto reason = reason_to_close(now, config_.split.policy)) return reason;
+  const std::optional<int>& most = config_.split.policy.max_landmarks;
+  // the tick that brought the last landmark had no velocity: the map was full and could not be closed
+  if (most && now.landmarks > *most && distance_m_ > 0.0) return "landmarks";
   if (distance_m_ > config_.split.longest_m) return "distance";
   return std::nullopt;
 }
@@ -296,6 +319,8 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
     map.compass = drifts ? CompassPorts::kBorders : CompassPorts::kConstant;
     if (drifts) kept.push_back(Layout::kStartOffset);
     kept.push_back(Layout::kCompassOffset);
+  } else if (config_.compass_use == CompassUse::kMean && mean_samples_ == 0) {  // as above: no reading, no word about the offset
+    map.compass_mean = CompassMean{0.0, squared(kUnknownOffsetRad), 0.5 * (map.start_time_s + map.end_time_s)};
   } else if (mean_samples_ > 0) {
     const double duration_s = map.end_time_s - map.start_time_s;
     CompassMean mean;
@@ -313,7 +338,9 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
   map.covariance.topLeftCorner<3, 3>().diagonal().array() += kLeastVariance;
   if (map.compass == CompassPorts::kBorders) map.covariance(4, 4) += kLeastDriftVariance;
   map.landmarks = std::move(landmarks_);
+  map.seen_s = std::move(seen_s_);
   landmarks_.clear();
+  seen_s_.clear();
   return map;
 }
 

@@ -22,15 +22,25 @@ void put(RowMatrix& poses, RowMatrix& covariances, Eigen::Index row, const Surve
   }
 }
 
+/// A pairing of maps that was used.
+template <class Pairing>
+void count(LevelledResult& result, const Pairing& pairing, double chi_squared) {
+  result.map_wrong_pairs += pairing.wrong_pairs.value_or(0);
+  result.map_identities_known = result.map_identities_known || (pairing.pairs > 0 && pairing.wrong_pairs.has_value());
+  result.fusion_chi_squared += chi_squared;
+  result.fusion_dof += pairing.dof;
+}
+
 void take(LevelledResult& result, const JoinReport& join) {
   result.loop_candidates += join.candidates;
+  result.fusions += join.fusions;
   result.budget_exhausted += join.budget_exhausted ? 1 : 0;
   result.time_association_s += join.association_time_s;
+  for (const NeighbourJoin& neighbours : join.neighbours) count(result, neighbours, neighbours.chi_squared);
   for (const LoopAttempt& loop : join.loops) {
     if (loop.accepted) {
       ++result.loop_closures;
-      result.map_wrong_pairs += loop.wrong_pairs.value_or(0);
-      result.map_identities_known = result.map_identities_known || (loop.pairs > 0 && loop.wrong_pairs.has_value());
+      count(result, loop, loop.chi_squared.value_or(0.0));
     }
     result.loops.push_back(loop);
   }
@@ -60,22 +70,12 @@ void put_trajectory(LevelledResult& result, const std::vector<SurveyStep>& traje
   }
 }
 
-void put_bases(LevelledResult& result, const LevelledPipeline& pipeline) {
-  std::vector<Unknown> bases;
-  for (const PortMap& map : pipeline.maps()) {
-    bases.push_back({UnknownKind::kBase, map.base()});
-    result.global_T_base.push_back({pipeline.level().values().base(map.base()), pipeline.level().covariance({bases.back()})});
-    result.submaps.push_back(map.submap);
-    result.submaps.back().steps.clear();
-  }
-  if (!bases.empty() && bases.size() <= kMaxJointBases) result.base_covariance = pipeline.level().covariance(bases);
-}
-
 }  // namespace
 
-LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks, const ProgressSink& progress) {
+LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks, const ProgressSink& progress,
+                                    std::uint64_t seed) {
   LevelledResult result;
-  LevelledPipeline pipeline(config);
+  LevelledPipeline pipeline(config, seed);
   const std::size_t n = ticks.size();
   const std::size_t report_every = std::max<std::size_t>(1, n / 1000);
   std::vector<Remembered> by_tick;
@@ -111,10 +111,19 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   result.time_total_s = std::chrono::duration<double>(Clock::now() - begin).count();
   result.ticks = static_cast<int>(n);
   ask(1.0);
-  put_trajectory(result, pipeline.trajectory(), by_tick);
-  put_bases(result, pipeline);
-  result.landmarks = pipeline.landmarks();
+  for (const PortMap& map : pipeline.maps()) {
+    result.submaps.push_back(map.submap);
+    result.submaps.back().steps.clear();
+  }
+  SurveyEstimate estimate = pipeline.estimate(kMaxJointBases);
+  put_trajectory(result, estimate.steps, by_tick);
+  result.global_T_base = std::move(estimate.global_T_base);
+  result.base_covariance = std::move(estimate.base_covariance);
+  result.landmarks = std::move(estimate.landmarks);
+  result.existence = judge_existence(result.landmarks, estimate.steps, config.existence);
+  result.live_maps = std::move(estimate.live_maps);
   result.compass_jumps = pipeline.compass_jumps();
+  result.merged = pipeline.merged();
   for (std::size_t sensor = 0; sensor < kNavigationSensors; ++sensor) {
     result.sensors[sensor] = pipeline.statistics(static_cast<NavigationSensor>(sensor));
   }

@@ -22,21 +22,23 @@ SubmapBuilderConfig endless(SubmapBuilderConfig submap) {
   return submap;
 }
 
-std::unique_ptr<MapJoiner> make_joiner(const SlamConfig& config, std::uint64_t seed) {
-  const SelectiveJoinerConfig& joining = config.joining;
-  const AssociationMethod association = config.association.method;
-  const std::optional<int> max_landmarks = config.submap.split.max_landmarks;
+}  // namespace
+
+std::unique_ptr<MapJoiner> make_joiner(Method method, const JoinerParts& parts, std::uint64_t seed) {
+  const SelectiveJoinerConfig& joining = parts.joining;
+  const AssociationMethod association = parts.association;
+  const std::optional<int> max_landmarks = parts.max_landmarks;
   MapAssociationConfig pairing{association,
                                {joining.gate_probability, joining.joint_gate_probability, joining.node_budget},
                                joining.max_pairing_sigma_m,
                                std::nullopt};
-  switch (config.method) {
+  switch (method) {
     case Method::kSequential:
       return std::make_unique<SequentialJoiner>(MapAssociator(pairing, seed));
     case Method::kConstrainedLocal:
       return std::make_unique<ConstrainedLocalJoiner>(MapAssociator(pairing, seed));
     case Method::kDivideAndConquer:
-      pairing.randomized_above = config.dcs.rjc_above_landmarks;
+      pairing.randomized_above = parts.dcs.rjc_above_landmarks;
       return std::make_unique<DivideAndConquerJoiner>(MapAssociator(pairing, seed));
     case Method::kHierarchical:
       return std::make_unique<HierarchicalJoiner>(joining, association, max_landmarks, seed);
@@ -46,8 +48,6 @@ std::unique_ptr<MapJoiner> make_joiner(const SlamConfig& config, std::uint64_t s
       return std::make_unique<SelectiveJoiner>(joining, association, max_landmarks, seed);
   }
 }
-
-}  // namespace
 
 std::unique_ptr<Mapper> make_mapper(const SlamConfig& config, std::uint64_t seed) {
   if (config.method == Method::kAugmentedEkf) {
@@ -60,7 +60,9 @@ std::unique_ptr<Mapper> make_mapper(const SlamConfig& config, std::uint64_t seed
     return std::make_unique<ConditionallyIndependentMapper>(config.cis, config.submap, config.association, seed);
   }
   const SubmapBuilderConfig submap = config.method == Method::kEkf ? endless(config.submap) : config.submap;
-  return std::make_unique<SubmapMapper>(submap, config.association, seed, make_joiner(config, seed));
+  return std::make_unique<SubmapMapper>(
+      submap, config.association, seed,
+      make_joiner(config.method, {config.joining, config.dcs, config.association.method, config.submap.split.max_landmarks}, seed));
 }
 
 }  // namespace ssjs

@@ -30,6 +30,7 @@ class Helmsman {
   Helmsman(const std::vector<Eigen::Vector2d>& waypoints, const AuvSimulationConfig& config) : route_(waypoints), config_(config) {}
 
   [[nodiscard]] bool finished() const { return arc_m_ >= route_.length_m(); }
+  [[nodiscard]] std::size_t leg() const { return route_.leg_at(arc_m_); }
 
   [[nodiscard]] double yaw_rate_rad_s(const Eigen::Vector2d& position, double yaw) const {
     constexpr double kPerSecond = 0.5;  // of the heading error
@@ -182,18 +183,24 @@ void check(const SurveyWorld& world, const AuvSimulationConfig& config) {
     throw InvalidArgument("SurveyWorld.ids", std::to_string(world.ids.size()) + " entries",
                           "must have one per landmark (" + std::to_string(world.landmarks_m.cols()) + ")");
   }
+  if (!world.dives.empty() && world.dives.size() + 1 != world.waypoints.size()) {
+    throw InvalidArgument("SurveyWorld.dives", std::to_string(world.dives.size()) + " entries", "must have one per leg");
+  }
 }
 
-}  // namespace
+double depth_on_leg(const SurveyWorld& world, const AuvSimulationConfig& config, std::size_t leg) {
+  if (world.dives.empty()) return config.depth_m;
+  const std::optional<int> dive = world.dives[leg];
+  return dive ? config.depth_m + *dive * config.dive_step_m : config.surface_depth_m;
+}
 
-SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed) {
-  throw_if_any(violations(config));
-  SurveyWorld world;
+std::vector<Eigen::Vector2d> lines_and_cross_lines(const SurveyWorldConfig& config) {
+  std::vector<Eigen::Vector2d> waypoints;
   const double width_m = config.line_spacing_m * (config.lines - 1);
   for (int line = 0; line < config.lines; ++line) {
     const bool north = line % 2 == 0;
-    world.waypoints.emplace_back(north ? 0.0 : config.line_length_m, config.line_spacing_m * line);
-    world.waypoints.emplace_back(north ? config.line_length_m : 0.0, config.line_spacing_m * line);
+    waypoints.emplace_back(north ? 0.0 : config.line_length_m, config.line_spacing_m * line);
+    waypoints.emplace_back(north ? config.line_length_m : 0.0, config.line_spacing_m * line);
   }
   // cross lines at even distances, the nearest to the end of the last line first
   const bool ends_north = config.lines % 2 == 1;
@@ -203,8 +210,27 @@ SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed) {
     const bool west = cross % 2 == 0;
     const double low_m = -config.cross_margin_m;
     const double high_m = width_m + config.cross_margin_m;
-    world.waypoints.emplace_back(x, west ? high_m : low_m);
-    world.waypoints.emplace_back(x, west ? low_m : high_m);
+    waypoints.emplace_back(x, west ? high_m : low_m);
+    waypoints.emplace_back(x, west ? low_m : high_m);
+  }
+  return waypoints;
+}
+
+}  // namespace
+
+SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed) {
+  throw_if_any(violations(config));
+  SurveyWorld world;
+  const double width_m = config.line_spacing_m * (config.lines - 1);
+  const std::vector<Eigen::Vector2d> once = lines_and_cross_lines(config);
+  for (int dive = 0; dive < config.dives; ++dive) {
+    if (dive > 0) {
+      world.waypoints.emplace_back(-config.run_in_m, 0.0);
+      world.dives.emplace_back(std::nullopt);
+      world.dives.emplace_back(dive);
+    }
+    world.waypoints.insert(world.waypoints.end(), once.begin(), once.end());
+    world.dives.insert(world.dives.end(), once.size() - 1, dive);
   }
   Rng places = Rng(seed).stream("landmarks");
   world.landmarks_m.resize(3, config.landmarks);
@@ -234,7 +260,7 @@ SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationCon
   const Eigen::Vector2d first_leg = world.waypoints[1] - world.waypoints[0];
   const Eigen::Vector3d cruise(config.speed_m_s, 0.0, 0.0);
   AuvTruth truth;
-  truth.world_T_vehicle.translation << world.waypoints[0], config.depth_m;
+  truth.world_T_vehicle.translation << world.waypoints[0], depth_on_leg(world, config, 0);
   truth.world_T_vehicle.rpy.z() = std::atan2(first_leg.y(), first_leg.x());
   truth.velocity_m_s = cruise;
   truth.seabed_m = seabed ? seabed(world.waypoints[0]) : seabed_mean;
@@ -247,14 +273,15 @@ SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationCon
     truth.compass_offset_rad = wrap_angle(walked_offset + config.compass_deviation_rad * std::sin(rpy.z()));
     // the attitude follows the helm; the body rates are those that the model turns it by
     const double yaw_rate = helmsman.yaw_rate_rad_s(position.head<2>(), rpy.z());
-    const double to_depth_rad = std::clamp(0.05 * (position.z() - config.depth_m), -0.25, 0.25);
+    const double off_depth_m = position.z() - depth_on_leg(world, config, helmsman.leg());
+    const double to_depth_rad = std::clamp(config.depth_gain_rad_m * off_depth_m, -0.25, 0.25);
     const double roll_aim = 0.3 * yaw_rate + 0.03 * std::sin(0.9 * truth.time_s);
     const double pitch_aim = to_depth_rad + 0.02 * std::sin(0.5 * truth.time_s);
     const Eigen::Vector3d euler_rates(0.8 * (roll_aim - rpy.x()), 0.8 * (pitch_aim - rpy.y()), yaw_rate);
     truth.rates_rad_s = euler_rate_matrix(rpy) * euler_rates;
     survey.ticks.push_back(sensors.tick(step, truth));
     survey.truth.push_back(truth);
-    if (helmsman.finished()) break;
+    if (helmsman.finished() || (config.duration_s && truth.time_s >= *config.duration_s)) break;
 
     Eigen::Vector3d velocity;
     for (Eigen::Index i = 0; i < 3; ++i) {

@@ -20,7 +20,7 @@ Route::Route(const std::vector<Eigen::Vector2d>& waypoints) : points_(waypoints)
 }
 
 Eigen::Vector2d Route::at(double arc_m) const {
-  const std::size_t i = segment_at(arc_m);
+  const std::size_t i = leg_at(arc_m);
   return points_[i] + (arc_m - start_m_[i]) * direction(i);
 }
 
@@ -28,7 +28,7 @@ double Route::nearest_ahead(const Eigen::Vector2d& p, double arc_m, double windo
   double nearest_m = arc_m;
   double least = (at(arc_m) - p).squaredNorm();
   const double window_end_m = std::min(arc_m + window_m, length_m());
-  for (std::size_t i = segment_at(arc_m); i + 1 < points_.size() && start_m_[i] < window_end_m; ++i) {
+  for (std::size_t i = leg_at(arc_m); i + 1 < points_.size() && start_m_[i] < window_end_m; ++i) {
     const double along_m = start_m_[i] + direction(i).dot(p - points_[i]);
     const double clamped_m = std::clamp(along_m, std::max(start_m_[i], arc_m), std::max(std::min(start_m_[i + 1], window_end_m), arc_m));
     const double squared = (at(clamped_m) - p).squaredNorm();
@@ -40,7 +40,7 @@ double Route::nearest_ahead(const Eigen::Vector2d& p, double arc_m, double windo
   return nearest_m;
 }
 
-std::size_t Route::segment_at(double arc_m) const {
+std::size_t Route::leg_at(double arc_m) const {
   const std::size_t after = static_cast<std::size_t>(std::upper_bound(start_m_.begin(), start_m_.end(), arc_m) - start_m_.begin());
   return std::clamp<std::size_t>(after, 1, points_.size() - 1) - 1;
 }

@@ -51,13 +51,17 @@ SideScanSimulationConfig SideScanMissionConfig::default_sonar() {
 SideScanMission::SideScanMission(const SideScanMissionConfig& config, std::uint64_t seed)
     : simulator_(seabed_with_objects(config, seed), config.sonar, seed),
       survey_(navigation_over(simulator_.seabed(), config, seed)),
-      ping_interval_s_(config.ping_interval_s) {}
+      ping_interval_s_(config.ping_interval_s),
+      max_altitude_m_(config.max_altitude_m) {}
 
 std::optional<SideScanPing> SideScanMission::next_ping() {
-  const double time_s = static_cast<double>(pings_) * ping_interval_s_;
-  if (time_s > survey_.truth.back().time_s) return std::nullopt;
-  ++pings_;
-  update_navigation(time_s);
+  double time_s = 0.0;
+  do {
+    time_s = static_cast<double>(triggers_++) * ping_interval_s_;
+    if (time_s > survey_.truth.back().time_s) return std::nullopt;
+    update_navigation(time_s);
+    if (sonar_is_off()) simulator_.pause();
+  } while (sonar_is_off());
   SideScanPing ping = simulator_.ping(pose_at(time_s));
   std::vector<SideScanChannel> channels = std::move(ping.channels);
   const std::uint32_t number = ping.number;
@@ -69,6 +73,8 @@ std::optional<SideScanPing> SideScanMission::next_ping() {
   ping.channels = std::move(channels);
   return ping;
 }
+
+bool SideScanMission::sonar_is_off() const { return max_altitude_m_ && measured_.altitude_m > *max_altitude_m_; }
 
 /// Between two steps of the simulation all coordinates change evenly.
 SonarPose SideScanMission::pose_at(double time_s) const {

@@ -5,73 +5,23 @@
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
-#include "ssjs/imaging/shadow_height.hpp"
+#include "ssjs/survey/echo_profile.hpp"
+#include "ssjs/survey/object_centre.hpp"
 
 namespace ssjs {
 namespace {
 
+/// (SS-33) Both ends lie anywhere in the row where they are found: half the sum of two widths spread evenly.
+constexpr double kMiddleOfRows = 1.0 / 24.0;
+
 double or_zero(double value) { return std::isfinite(value) ? value : 0.0; }
 
-/// One side of some rows with the range growing: mean grey over the rows, and whether any of them was recorded there.
-struct RangeProfile {
-  std::vector<double> grey;
-  std::vector<bool> recorded;
-};
-
-RangeProfile profile_of(const ContactPicture& picture, SonarSide side, int first_row, int last_row) {
-  const Waterfall& waterfall = picture.waterfall;
-  const auto columns =
-      static_cast<std::size_t>(side == SonarSide::kStarboard ? picture.grey.cols - waterfall.nadir_column : waterfall.nadir_column);
-  RangeProfile profile{std::vector<double>(columns, 0.0), std::vector<bool>(columns, false)};
-  for (std::size_t k = 0; k < columns; ++k) {
-    const int column =
-        side == SonarSide::kStarboard ? waterfall.nadir_column + static_cast<int>(k) : waterfall.nadir_column - 1 - static_cast<int>(k);
-    int count = 0;
-    for (int row = first_row; row <= last_row; ++row) {
-      if (waterfall.valid.at<unsigned char>(row, column) == 0) continue;
-      profile.grey[k] += picture.grey.at<unsigned char>(row, column);
-      ++count;
-    }
-    profile.recorded[k] = count > 0;
-    if (count > 0) profile.grey[k] /= count;
-  }
-  return profile;
-}
-
-/// (SS-17) Edges of the shadow behind `far`, in columns from the nadir with a fraction; none without one.
-struct ShadowEdges {
-  double start = 0;
-  double end = 0;
-  double mean_grey = 0;
-  bool is_cut = false;
-};
-
-/// Where the profile passes the level between two columns.
-double crossing(double before, double behind, double level) { return std::clamp((level - before) / (behind - before), 0.0, 1.0); }
-
-std::optional<ShadowEdges> shadow_behind(const RangeProfile& profile, int near, int far, int gap, double level) {
-  const int size = static_cast<int>(profile.grey.size());
-  const auto grey = [&](int k) { return profile.grey[static_cast<std::size_t>(k)]; };
-  const auto smooth = [&](int k) {  // three columns: a speckle does not end a shadow
-    const int low = std::max(k - 1, 0);
-    const int high = std::min(k + 1, size - 1);
-    double sum = 0;
-    for (int i = low; i <= high; ++i) sum += grey(i);
-    return sum / (high - low + 1);
-  };
-  int first = std::max(near + 1, far - gap);
-  while (first < std::min(far + gap + 1, size) && !(profile.recorded[static_cast<std::size_t>(first)] && grey(first) < level)) ++first;
-  if (first >= std::min(far + gap + 1, size)) return std::nullopt;
-  int end = first;
-  while (end < size && profile.recorded[static_cast<std::size_t>(end)] && (grey(end) < level || smooth(end) < level)) ++end;
-  ShadowEdges edges;
-  edges.is_cut = end == size || !profile.recorded[static_cast<std::size_t>(end)];
-  // Column k covers k .. k + 1 and its level is that of its middle.
-  edges.start = first > 0 && grey(first - 1) > grey(first) ? first - 0.5 + crossing(grey(first - 1), grey(first), level) : first;
-  edges.end = edges.is_cut ? end : end - 0.5 + crossing(grey(end - 1), grey(end), level);
-  if (!(edges.end > edges.start)) return std::nullopt;
-  for (int k = first; k < end; ++k) edges.mean_grey += grey(k) / (end - first);
-  return edges;
+/// (SS-19) how far echo and shadow stand out of the seabed
+double confidence_of(const RangeProfile& profile, const cv::Range& echo, const ShadowEdges& shadow, double seabed_level) {
+  const double bright = profile[profile.brightest(echo)];
+  const double highlight_part = bright > 0 ? std::max(0.0, 1.0 - seabed_level / bright) : 0.0;
+  const double shadow_part = std::max(0.0, 1.0 - shadow.mean_grey / seabed_level);
+  return std::sqrt(highlight_part * shadow_part);
 }
 
 }  // namespace
@@ -102,55 +52,61 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   const cv::Rect box = detected.box & cv::Rect(0, 0, picture.grey.cols, picture.grey.rows);
   if (box.empty()) throw InvalidArgument("box", detected.box.x, "must lie in the picture");
   const Waterfall& waterfall = picture.waterfall;
-  const int middle = box.y + (box.height - 1) / 2;
-  const SideScanPing& ping = picture.pings[static_cast<std::size_t>(middle)];
-  if (!(ping.altitude_m > 0)) return std::nullopt;
 
   // Columns from the nadir: the echo covers near .. far + 1.
   const bool starboard = detected.side == SonarSide::kStarboard;
   const int near = starboard ? box.x - waterfall.nadir_column : waterfall.nadir_column - box.x - box.width;
-  const int far = near + box.width - 1;
+  const cv::Range echo(std::max(near, 0), near + box.width);  // the box may reach over the nadir
+  if (echo.size() <= 0) return std::nullopt;
+  const cv::Range box_rows(box.y, box.y + box.height);
+  const double skew = skew_of({waterfall, picture.grey, detected.side}, box_rows, echo, 2.0 * config.seabed_level);
+  const double box_middle = box.y + 0.5 * (box.height - 1);
+  const SwathView view(waterfall, picture.grey, detected.side, box_middle, skew);
   const int trim = box.height / 4;  // the middle half: ends of an object are lower than its middle
-  const RangeProfile profile = profile_of(picture, detected.side, box.y + trim, box.y + box.height - 1 - trim);
+  const RangeProfile profile = range_profile(view, {box.y + trim, box.y + box.height - trim});
   const double level = config.dark_part * config.seabed_level;
   const int gap = static_cast<int>(std::lround(config.shadow_gap_m / waterfall.column_m));
-  const std::optional<ShadowEdges> shadow = shadow_behind(profile, near, far, gap, level);
+  const std::optional<ShadowEdges> shadow = shadow_behind(profile, echo, gap, level);
   if (!shadow || (shadow->end - shadow->start) * waterfall.column_m < config.least_shadow_m) return std::nullopt;
+  const double near_column = near_edge(profile, echo, gap, shadow->start, config.seabed_level);
 
-  const double first_m = first_return_m(ping);
-  const auto slant = [&](double column) { return std::hypot(column * waterfall.column_m, first_m); };
   SideScanContact contact;
+  contact.confidence = confidence_of(profile, echo, *shadow, config.seabed_level);
+  if (contact.confidence < config.least_confidence) return std::nullopt;
+
+  // (SS-33) abeam of the middle of echo and shadow
+  const RowExtent rows = along_extent(view, box_rows, near_column, *shadow, config.seabed_level);
+  const double middle = 0.5 * (rows.first + rows.end) - 0.5;  // row r is the ping at r
+  const auto abeam = static_cast<std::size_t>(std::clamp(std::lround(middle), 0L, static_cast<long>(picture.pings.size()) - 1));
+  const SideScanPing& ping = picture.pings[abeam];
+  if (!(ping.altitude_m > 0)) return std::nullopt;
+
+  // (SS-18), (SS-35)
+  const double first_m = first_return_m(ping);
+  const double moved = skew * (middle - box_middle);
+  if (!(shadow->start + moved > 0)) return std::nullopt;
+  const auto slant = [&](double column) { return std::hypot((column + moved) * waterfall.column_m, first_m); };
+  const ObjectCentre centre = centre_of_object({first_m, slant(std::max(near_column, -moved)), slant(shadow->start), slant(shadow->end)});
   contact.shadow_is_cut = shadow->is_cut;
   contact.shadow_m = (shadow->end - shadow->start) * waterfall.column_m;
-  const double height_m = height_from_shadow_m(first_m, slant(shadow->start), slant(shadow->end), ShadowRanges::kSlantTop);
-  contact.height_m = height_m;
-
-  // (SS-18) The echo runs from its foot or its near upper edge to the start of the shadow, which is its top.
-  const double end_column = std::max(shadow->start, near + 1.0);
-  const double echo_slant_m = slant(0.5 * (near + end_column));
-  const double above_m = std::max(first_m - 0.5 * height_m, 0.0);
-  contact.ground_range_m = std::sqrt(std::max(0.0, (echo_slant_m - above_m) * (echo_slant_m + above_m)));
+  contact.height_m = centre.height_m;
+  contact.ground_range_m = centre.ground_range_m;
   contact.slant_range_m = std::hypot(contact.ground_range_m, first_m);
-  contact.width_m = (end_column - near) * waterfall.column_m;
-  const auto first_row = static_cast<std::size_t>(std::max(middle - 5, 0));
-  const auto last_row = std::min(static_cast<std::size_t>(middle) + 5, picture.pings.size() - 1);
+  contact.width_m = centre.width_m;
+  const std::size_t first_row = abeam > 5 ? abeam - 5 : 0;
+  const std::size_t last_row = std::min(abeam + 5, picture.pings.size() - 1);
   const double spacing_m = row_spacing_m(picture.pings, first_row, last_row);
-  contact.length_m = std::max(box.height * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
-
-  // (SS-19) how far echo and shadow stand out of the seabed
-  double bright = 0;
-  for (int k = near; k <= far; ++k) bright = std::max(bright, profile.grey[static_cast<std::size_t>(k)]);
-  const double highlight_part = bright > 0 ? std::max(0.0, 1.0 - config.seabed_level / bright) : 0.0;
-  const double shadow_part = std::max(0.0, 1.0 - shadow->mean_grey / config.seabed_level);
-  contact.confidence = std::sqrt(highlight_part * shadow_part);
-  if (contact.confidence < config.least_confidence) return std::nullopt;
+  contact.length_m = std::max((rows.end - rows.first) * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
 
   SideScanGeometryConfig measured = geometry;
   if (std::isfinite(ping.speed_m_s)) measured.speed_m_s = ping.speed_m_s;
   measured.sample_m = std::max(geometry.sample_m, waterfall.column_m);
-  const std::optional<SideScanPoint> point =
+  measured.range_sigma_m = std::hypot(geometry.range_sigma_m, centre.sigma_m * contact.ground_range_m / contact.slant_range_m);
+  std::optional<SideScanPoint> point =
       body_point({detected.side, contact.slant_range_m, ping.altitude_m, or_zero(ping.roll_rad), or_zero(ping.pitch_rad)}, measured);
   if (!point) return std::nullopt;
+  point->position_m.x() += (middle - static_cast<double>(abeam)) * spacing_m;
+  point->covariance_m2(0, 0) += kMiddleOfRows * spacing_m * spacing_m;
   contact.body_p_contact = *point;
   const SideScanChannel* channel = channel_of(ping, detected.side, 0);
   if (channel) contact.sample = sample_at_slant_range(ping, *channel, contact.slant_range_m);
@@ -159,7 +115,7 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   contact.navigation.channels.clear();
   contact.time_s = ping.time_s;
   contact.side = detected.side;
-  contact.index = picture.first_index + static_cast<std::uint64_t>(middle);
+  contact.index = picture.first_index + abeam;
   contact.first_index = picture.first_index + static_cast<std::uint64_t>(box.y);
   contact.last_index = picture.first_index + static_cast<std::uint64_t>(box.y + box.height - 1);
   return contact;

@@ -118,7 +118,8 @@ SurveyBlock survey_block(std::vector<SideScanPing> pings, const SideScanSurveyCo
   return block;
 }
 
-SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& model) : config_(config) {
+SideScanSurvey::SideScanSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& model, BlockSink sink)
+    : config_(config), sink_(std::move(sink)) {
   throw_if_any(config.violations());
   if (config.detector != ContactDetector::kCascade) return;
   if (!model) throw InvalidArgument("detector", "cascade", "needs a model: give cascade_model");
@@ -135,6 +136,7 @@ std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   contacts = merge_contacts(std::move(contacts), config_.contact.merge_m);
   const auto is_others = [&](const SideScanContact& contact) { return contact.index < core_begin_ || contact.index >= core_end; };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_others), contacts.end());
+  if (sink_) sink_({block, contacts, first_index_, core_begin_, core_end});
   core_begin_ = core_end;
   return contacts;
 }

@@ -39,11 +39,10 @@ def compare(
     from ssjs_cli.studies.comparison import ComparisonRequest
     from ssjs_cli.studies.comparison import compare as compare_methods
     from ssjs_cli.studies.comparison_text import answer_comparison
-    from ssjs_cli.studies.methods import chosen_methods
 
     request = ComparisonRequest(
         Path(mission),
-        chosen_methods(methods),
+        methods,
         repeats=repeat,
         association=association,
         config_path=None if config_path is None else Path(config_path),

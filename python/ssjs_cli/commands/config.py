@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from ssjs_cli.exit_codes import DONE
 from ssjs_cli.options import common_options
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from ssjs_cli.config import SettingsKind
 
 OF_RUN, OF_UNDERWATER, OF_SEGMENTATION, OF_PICTURES = "run", "underwater", "segmentation", "pictures"
+_MISSIONS = {OF_RUN: "in the plane", OF_UNDERWATER: "under water"}
 
 
 def _kind_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -110,22 +112,28 @@ def schema(session: Session, kind_name: str, seed: int | None, force: bool, out:
 @click.argument("file", type=click.Path())
 @_kind_option
 @common_options(out_help="Not used: nothing is written.")
-@click.pass_obj
-def check(session: Session, file: str, kind_name: str, seed: int | None, force: bool, out: str | None) -> int:
-    """Check FILE: a configuration file, a mission.toml or a mission directory."""
+@click.pass_context
+def check(context: click.Context, file: str, kind_name: str, seed: int | None, force: bool, out: str | None) -> int:
+    """Check FILE: a configuration file, a mission.toml or a mission directory, whose own files tell --of."""
     from ssjs_cli.config import Layer, layer_from_file, layer_from_tables, resolve
-    from ssjs_cli.formats.mission import MISSION_FILE, read_mission_document
+    from ssjs_cli.errors import UserError
+    from ssjs_cli.formats.mission import MISSION_FILE, is_underwater, read_mission_document
 
-    kind = _kind(kind_name)
     path = Path(file)
     if path.is_dir():
         path = path / MISSION_FILE
     layer: Layer
-    if path.name == MISSION_FILE and kind_name == OF_RUN:
-        layer = layer_from_tables(read_mission_document(path).settings, f"{path} [settings]")
+    if path.name == MISSION_FILE and kind_name != OF_SEGMENTATION:
+        own = OF_UNDERWATER if is_underwater(path.parent) else OF_RUN
+        if context.get_parameter_source("kind_name") is ParameterSource.COMMANDLINE and kind_name != own:
+            raise UserError(f"--of {kind_name}: {path} is of a mission {_MISSIONS[own]}; give --of {own}, or leave it out")
+        kind = _kind(own)
+        layer = layer_from_tables(read_mission_document(path).settings, f"{path} [settings]", kind)
     else:
+        kind = _kind(kind_name)
         layer, _ = layer_from_file(path, kind)
     resolve([layer], kind)
+    session: Session = context.obj
     changed: dict[str, Any] = dict(layer.values)
     session.answer({"file": str(path), "valid": True, "settings": changed}, f"{path}: valid, {len(changed)} settings given")
     return DONE

@@ -65,13 +65,22 @@ def aracati(session: Session, source: str, seed: int | None, force: bool, out: s
 
 @import_.command()
 @click.argument("source", metavar="SRC", type=click.Path())
+@click.option(
+    "--landmarks", type=click.IntRange(1), default=None, metavar="N", help="Simulate N posts along the way, and what is seen of them."
+)
 @common_options(out_help=OUT_HELP)
 @click.pass_obj
-def stpere(session: Session, source: str, seed: int | None, force: bool, out: str | None) -> int:
-    """The Ictineu log in the marina of Sant Pere Pescador: SRC holds *_MTI.log, *_DVL.log and *_DGPS.log."""
+def stpere(session: Session, source: str, landmarks: int | None, seed: int | None, force: bool, out: str | None) -> int:
+    """The Ictineu log in the marina of Sant Pere Pescador: SRC holds *_MTI.log, *_DVL.log and *_DGPS.log.
+
+    With --landmarks the mission is half real: the log, and posts as a scanning sonar would have seen them from where DGPS was.
+    """
+    from ssjs_cli.config import DEFAULT_SEED
     from ssjs_cli.formats.stpere import read_stpere
 
-    return _import(session, out, "stpere", force, lambda: read_stpere(Path(source)))
+    name = "stpere" if landmarks is None else "stpere-half-real"
+    chosen_seed = DEFAULT_SEED if seed is None else seed
+    return _import(session, out, name, force, lambda: read_stpere(Path(source), landmarks=landmarks or 0, seed=chosen_seed))
 
 
 @import_.command()

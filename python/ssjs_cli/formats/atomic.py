@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from ssjs_cli.errors import UserError, describe_os_error
 
@@ -22,6 +23,25 @@ def write_file(target: Path, data: bytes | str) -> None:
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise UserError(describe_os_error(error, str(target))) from error
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def new_file(target: Path) -> Iterator[BinaryIO]:
+    """A temporary sibling to write; it gets the final name when the block ends, and vanishes when the block fails."""
+    partial = _partial_sibling(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with partial.open("wb") as file:
+            yield file
+        os.replace(partial, target)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        if error.filename is None or str(error.filename) == str(partial):
+            raise UserError(describe_os_error(error, str(target))) from error
+        raise
     except BaseException:
         partial.unlink(missing_ok=True)
         raise

@@ -24,6 +24,7 @@ from ssjs_cli.formats.number_table import (
     FloatArray,
     IntArray,
     NumberTable,
+    holds_file,
     read_header,
     read_table,
     require_positive,
@@ -32,6 +33,7 @@ from ssjs_cli.formats.number_table import (
     whole_numbers,
     write_table,
 )
+from ssjs_cli.formats.physical_bounds import require_plausible
 from ssjs_cli.formats.toml_file import load_toml
 from ssjs_cli.formats.tum import PoseSeries, read_tum, write_tum
 from ssjs_cli.formats.zip_member import check_archive_size
@@ -255,7 +257,7 @@ def mission_directory(path: Path) -> Path:
     directory = path.parent if path.name == MISSION_FILE else path
     if not directory.is_dir():
         raise UserError(f"{path}: is no mission directory; name the directory that holds {MISSION_FILE}")
-    if not (directory / MISSION_FILE).is_file():
+    if not holds_file(directory / MISSION_FILE):
         raise UserError(f"{directory / MISSION_FILE}: is missing; write one with a name in its [mission] table, or use `ssjs-cli import`")
     return directory
 
@@ -279,7 +281,7 @@ def read_mission(path: Path) -> Mission:
     directory = mission_directory(path)
     document = read_mission_document(directory / MISSION_FILE)
     navigation = read_navigation(directory)
-    has_odometry = navigation is None or (directory / ODOMETRY_FILE).is_file()
+    has_odometry = navigation is None or holds_file(directory / ODOMETRY_FILE)
     if not has_odometry and document.geodetic is not None:
         _require_north_east(document.geodetic, directory / MISSION_FILE)
     return Mission(
@@ -291,13 +293,18 @@ def read_mission(path: Path) -> Mission:
         points=None if has_odometry else _read_points(directory / OBSERVATIONS_FILE),
         scans=_read_scans(directory / SCANS_FILE),
         sonar_hits=_read_sonar_hits(directory / SONAR_HITS_FILE),
-        sonar_logs=() if has_odometry else sonar_logs_in(directory),
+        sonar_logs=() if has_odometry else _read_sonar_logs(directory, document.import_record),
         navigation=navigation,
         settings=document.settings,
         reference=read_reference(directory, document.reference),
         geodetic=document.geodetic,
         import_record=document.import_record,
     )
+
+
+def is_underwater(directory: Path) -> bool:
+    """Whether the files of a mission are those of an underwater vehicle: its own sensors, and no odometry."""
+    return not holds_file(directory / ODOMETRY_FILE) and any(holds_file(directory / name) for name in NAVIGATION_FILES)
 
 
 def _require_north_east(geodetic: Geodetic, path: Path) -> None:
@@ -308,10 +315,28 @@ def _require_north_east(geodetic: Geodetic, path: Path) -> None:
         )
 
 
+def _read_sonar_logs(directory: Path, record: ImportRecord | None) -> list[Path]:
+    """A survey whose log has gone is not one of dead reckoning."""
+    logs = sonar_logs_in(directory)
+    folder = directory / PINGS_FOLDER
+    expected = folder.is_dir() or (record is not None and f".{record.format}" in SONAR_LOG_SUFFIXES)
+    if expected and not logs and not (directory / OBSERVATIONS_FILE).is_file():
+        held = ", ".join(sorted(path.name for path in folder.iterdir())[:3]) if folder.is_dir() else ""
+        raise UserError(
+            f"{folder}: holds no sonar log{f' ({held})' if held else ''}; put it back, its name ending in .xtf or .jsf, "
+            "or import the mission again"
+        )
+    return logs
+
+
 def sonar_logs_in(directory: Path) -> list[Path]:
     """In the order of their names."""
     folder = directory / PINGS_FOLDER
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in SONAR_LOG_SUFFIXES) if folder.is_dir() else []
+    if not folder.is_dir():
+        if folder.exists() or folder.is_symlink():
+            raise UserError(f"{folder}: is no folder; the sonar logs of a mission lie in one of this name")
+        return []
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in SONAR_LOG_SUFFIXES and holds_file(path))
 
 
 def read_mission_document(path: Path) -> MissionDocument:
@@ -345,14 +370,14 @@ def read_reference(directory: Path, description: ReferenceDescription) -> Refere
     truth_path = directory / TRUTH_FILE
     return Reference(
         description=description,
-        truth=read_tum(truth_path) if truth_path.is_file() else None,
-        fixes=read_fixes(directory / FIXES_FILE) if (directory / FIXES_FILE).is_file() else None,
-        landmarks=read_landmarks(directory / LANDMARKS_FILE) if (directory / LANDMARKS_FILE).is_file() else None,
+        truth=read_tum(truth_path) if holds_file(truth_path) else None,
+        fixes=read_fixes(directory / FIXES_FILE) if holds_file(directory / FIXES_FILE) else None,
+        landmarks=read_landmarks(directory / LANDMARKS_FILE) if holds_file(directory / LANDMARKS_FILE) else None,
     )
 
 
 def _read_odometry(path: Path) -> Odometry:
-    if not path.is_file():
+    if not holds_file(path):
         choices = " or ".join(",".join(columns) for columns in ODOMETRY_COLUMNS.values())
         raise UserError(f"{path}: is missing; a mission needs its odometry, with the columns {choices}")
     header = read_header(path)
@@ -380,10 +405,15 @@ def _resemblance(header: list[str], columns: tuple[str, ...]) -> float:
 
 
 def _read_observations(path: Path) -> Observations | None:
-    if not path.is_file():
+    if not holds_file(path):
         return None
     header = read_header(path)
     cartesian = set(CARTESIAN_COLUMNS) <= set(header)
+    if set(POINT_COLUMNS) <= set(header):
+        raise UserError(
+            f"{path}:1: has the column z_m of an underwater mission, and {ODOMETRY_FILE} makes this one of a vehicle in the plane; "
+            f"remove {ODOMETRY_FILE} to run with {NAVIGATION_FILES[0]}, or the column z_m"
+        )
     place = CARTESIAN_COLUMNS if cartesian else POLAR_COLUMNS
     covariance_columns = () if cartesian else COVARIANCE_COLUMNS
     has_covariance = any(name in header for name in covariance_columns)
@@ -410,7 +440,7 @@ def _read_observations(path: Path) -> Observations | None:
 
 
 def _read_points(path: Path) -> BodyPoints | None:
-    if not path.is_file():
+    if not holds_file(path):
         return None
     has_covariance = any(name in read_header(path) for name in POINT_COVARIANCE_COLUMNS)
     covariance_columns = POINT_COVARIANCE_COLUMNS if has_covariance else ()
@@ -420,6 +450,7 @@ def _read_points(path: Path) -> BodyPoints | None:
     if table.rows == 0:
         return None
     require_times_in_order(table)
+    require_plausible(table, ("time_s", *POINT_COLUMNS, *(name for name in covariance_columns if name.startswith("var_"))))
     covariance_m2 = table.stacked(POINT_COVARIANCE_COLUMNS) if has_covariance else None
     if covariance_m2 is not None:
         indefinite = np.linalg.eigvalsh(covariance_m2[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3))[:, 0] <= 0.0
@@ -453,7 +484,7 @@ def landmark_ids(table: NumberTable) -> IntArray | None:
 
 
 def _read_scans(path: Path) -> Scans | None:
-    if not path.is_file():
+    if not holds_file(path):
         return None
     try:
         check_archive_size(path, MAX_SCANS_BYTES)
@@ -496,7 +527,7 @@ def _checked_scans(path: Path, arrays: Mapping[str, Any]) -> Scans | None:
 
 
 def _read_sonar_hits(path: Path) -> SonarHits | None:
-    if not path.is_file():
+    if not holds_file(path):
         return None
     table = read_table(path, required=("time_s", *POLAR_COLUMNS), optional=("intensity",))
     if table.rows == 0:

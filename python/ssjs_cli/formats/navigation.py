@@ -18,10 +18,12 @@ from ssjs_cli.formats.number_table import (
     FloatArray,
     IntArray,
     NumberTable,
+    holds_file,
     read_table,
     require_times_in_order,
     write_table,
 )
+from ssjs_cli.formats.physical_bounds import require_plausible
 
 IMU_FILE = "imu.csv"
 DVL_FILE = "dvl.csv"
@@ -72,7 +74,7 @@ class UnderwaterNavigation:
 
 def read_navigation(directory: Path) -> UnderwaterNavigation | None:
     """None where the mission holds none of the files. Attitude must be there with any of the others."""
-    present = [name for name in NAVIGATION_FILES if (directory / name).is_file()]
+    present = [name for name in NAVIGATION_FILES if holds_file(directory / name)]
     if not present:
         return None
     if IMU_FILE not in present:
@@ -91,6 +93,7 @@ def _read_attitude(path: Path) -> Attitude:
     given = [name for name in TURN_RATE_COLUMNS if name in table]
     if given and len(given) < len(TURN_RATE_COLUMNS):
         raise UserError(f"{path}:1: holds {','.join(given)} alone; give all of {','.join(TURN_RATE_COLUMNS)}, or none")
+    require_plausible(table, (*ANGLE_COLUMNS, *given))
     return Attitude(table["time_s"], table.stacked(ANGLE_COLUMNS), table.stacked(TURN_RATE_COLUMNS) if given else None)
 
 
@@ -106,11 +109,13 @@ def _read_velocity(path: Path) -> BottomVelocity:
     if unknown.any():
         row = int(np.argmax(unknown))
         raise UserError(f"{table.where(row)}: a velocity is empty or not finite though bottom_lock is 1; set it to 0 or give the velocity")
+    require_plausible(table, VELOCITY_COLUMNS, lock == 1.0)
     return BottomVelocity(table["time_s"], velocity, lock == 1.0)
 
 
 def _read_scalars(path: Path, name: str) -> Scalars:
     table = _timed(read_table(path, required=("time_s", name)))
+    require_plausible(table, (name,))
     return Scalars(table["time_s"], table[name])
 
 
@@ -118,6 +123,7 @@ def _timed(table: NumberTable) -> NumberTable:
     require_times_in_order(table)
     if table.rows == 0:
         raise UserError(f"{table.path}: holds no line after the header; give at least one, or remove the file")
+    require_plausible(table, ("time_s",))
     return table
 
 

@@ -21,6 +21,8 @@ SCIENTIFIC = "%.9e"
 WHOLE = "%d"
 TEXT = "%s"
 
+MAX_LINE_BYTES = 1024 * 1024
+MAX_TABLE_BYTES = 4 * 1024**3
 _ROWS_PER_CHUNK = 4096
 _EMPTY_FIELD = re.compile(r"(?m)(?:(?<=,)|^)[ \t]*(?=,|$)")
 
@@ -60,13 +62,39 @@ def _holds_data(line: str) -> bool:
 
 
 def _read_text(path: Path) -> str:
-    data = path.read_bytes()
+    data = _read_lines(path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise UserError(f"{path}:{line}: is not text (byte {error.start} is not UTF-8); give a text file") from error
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _read_lines(path: Path) -> bytes:
+    """The whole file, unless it is larger than a table may be, or holds a line longer than any has: that is told at the first such line."""
+    size = path.stat().st_size
+    if size > MAX_TABLE_BYTES:
+        raise UserError(f"{path}: holds {size} bytes, more than the {MAX_TABLE_BYTES} that a table may; split the mission")
+    with path.open("rb") as file:
+        number = 0
+        while line := file.readline(MAX_LINE_BYTES + 1):
+            number += 1
+            if len(line) > MAX_LINE_BYTES and b"\r" not in line:
+                raise UserError(f"{path}:{number}: is longer than {MAX_LINE_BYTES} bytes, which no line of a table is; check the file")
+        file.seek(0)
+        return file.read()
+
+
+def holds_file(path: Path) -> bool:
+    """Whether a file of a mission is there. A directory, a pipe or a link to nothing under its name is none, and is not passed over."""
+    if path.is_file():
+        return True
+    if path.is_symlink() and not path.exists():
+        raise UserError(f"{path}: is a link to nothing; mend or remove it")
+    if path.exists():
+        raise UserError(f"{path}: is {'a directory' if path.is_dir() else 'no regular file'} where a file is wanted; remove or rename it")
+    return False
 
 
 def read_table(
@@ -174,11 +202,18 @@ def _first_fault(
                 f"{path}:{number}: has {len(fields)} fields where {len(names)} are needed ({','.join(names)}); complete or remove the line"
             )
         for position in wanted:
-            try:
-                float(fields[position])
-            except ValueError:
+            if not _is_number(fields[position]):
                 return UserError(f"{path}:{number}: {names[position]} = '{fields[position]}' is not a number; correct or remove the line")
     return UserError(f"{path}: cannot be read as numbers ({error}); correct the file")
+
+
+def _is_number(field: str) -> bool:
+    """As numpy reads it: without the underscores and the digits of other scripts that Python allows."""
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return field.isascii() and "_" not in field
 
 
 def require_finite(table: NumberTable, name: str) -> None:

@@ -53,6 +53,12 @@ CONTACTS_FILE = "contacts.csv"
 CONTACTS_GEOJSON_FILE = "contacts.geojson"
 CONTACTS_KML_FILE = "contacts.kml"
 CONTACTS_GPKG_FILE = "contacts.gpkg"
+ALTITUDE_FILE = "altitude.csv"
+SIGHTINGS_FILE = "sightings.csv"
+COVERAGE_FILE = "coverage.npz"
+SNIPPETS_FOLDER = "snippets"
+WATERFALL_FOLDER = "waterfall"
+WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
 RUN_FILES = (
     SUMMARY_FILE,
     CONFIG_FILE,
@@ -81,6 +87,11 @@ RUN_FILES = (
     CONTACTS_GEOJSON_FILE,
     CONTACTS_KML_FILE,
     CONTACTS_GPKG_FILE,
+    ALTITUDE_FILE,
+    SIGHTINGS_FILE,
+    COVERAGE_FILE,
+    SNIPPETS_FOLDER,
+    WATERFALL_FOLDER,
 )
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"
@@ -120,6 +131,10 @@ REFERENCE_KEYS = (
     "alignment",
     # Beyond the contract: the same errors of the online estimate, and what the means above are made of.
     "trajectory_median_m",
+    "nees_position_per_dof",
+    "inside_3_sigma_fraction",
+    "nees_position_online_per_dof",
+    "inside_3_sigma_online_fraction",
     "trajectory_online_rmse_m",
     "trajectory_online_reference_outliers",
     "reference_compared",
@@ -127,6 +142,16 @@ REFERENCE_KEYS = (
     "map_error_matched",
     "nees_dof",
     "nees_joint_dof",
+    "inside_3_sigma_fraction",
+    # Of a survey's contacts: see contact_score.py
+    "objects",
+    "contacts",
+    "contacts_found",
+    "contacts_false",
+    "contacts_duplicate",
+    "contacts_found_fraction",
+    "contacts_false_fraction",
+    "contact_position_rms_m",
 )
 
 
@@ -172,6 +197,18 @@ class Estimate:
     bases: Bases | None
     update_time_s: FloatArray
     space_covariances: tuple[FloatArray, FloatArray] | None = None
+
+    @property
+    def is_under_water(self) -> bool:
+        return self.space_covariances is not None
+
+    @property
+    def depth_variance_m2(self) -> FloatArray | None:
+        """(n,) of the final poses"""
+        if self.space_covariances is None:
+            return None
+        variance: FloatArray = self.space_covariances[0][:, SPACE_COVARIANCE_NAMES.index("var_zz") - 1]
+        return variance
 
 
 why_not_a_run = holds_only(RUN_FILES, (SUMMARY_FILE, CONFIG_FILE))
@@ -343,24 +380,30 @@ def read_estimate(directory: Path) -> Estimate:
     final = read_tum(directory / TRAJECTORY_FILE)
     summary = read_json(directory / SUMMARY_FILE)
     consistency = read_table(directory / CONSISTENCY_FILE, required=("time_s", "nis", "dof"))
+    covariance, online_covariance = (
+        _read_covariance(directory / name, len(final.time_s)) for name in (COVARIANCE_FILE, ONLINE_COVARIANCE_FILE)
+    )
+    in_space = covariance.shape[1] > len(PLANAR_NAMES)
     return Estimate(
         final=final,
-        final_covariance=_read_covariance(directory / COVARIANCE_FILE, len(final.time_s)),
+        final_covariance=_planar(covariance),
         online=read_tum(directory / ONLINE_FILE),
-        online_covariance=_read_covariance(directory / ONLINE_COVARIANCE_FILE, len(final.time_s)),
+        online_covariance=_planar(online_covariance),
         dead_reckoning=read_tum(directory / DEAD_RECKONING_FILE),
         landmarks=_read_landmarks(directory / LANDMARKS_FILE, summary.get("landmark_ids") == "source"),
         bases=_read_bases(directory / BASES_FILE),
         update_time_s=consistency["time_s"],
+        space_covariances=(covariance, online_covariance) if in_space else None,
     )
 
 
 def _read_covariance(path: Path, rows: int) -> FloatArray:
-    """Of x, y, heading, whichever the file holds."""
+    """(rows, 6), or (rows, 21) of a vehicle under water."""
     table = read_table(path, required=COVARIANCE_NAMES, other_columns_allowed=True)
     if table.rows != rows:
         raise UserError(f"{path}: has {table.rows} rows where the trajectory has {rows}; run the mission again")
-    return table.stacked(PLANAR_NAMES)
+    in_space = all(name in table for name in SPACE_COVARIANCE_NAMES)
+    return table.stacked(SPACE_COVARIANCE_NAMES[1:] if in_space else PLANAR_NAMES)
 
 
 def _read_landmarks(path: Path, ids_are_of_source: bool) -> Landmarks:

@@ -31,6 +31,7 @@ class BuiltInVariant(StrictModel):
     description: str = ""
     seed: int | None = None
     settings: dict[str, Any] = Field(default_factory=dict)
+    survey: dict[str, Any] = Field(default_factory=dict)
     pictures: dict[str, Any] = Field(default_factory=dict)
 
 

@@ -6,9 +6,13 @@ from typing import Any
 
 from ssjs_cli.errors import UserError
 
+MAX_BYTES = 16 * 1024 * 1024
+
 
 def load_toml(path: Path) -> dict[str, Any]:
     try:
+        if path.stat().st_size > MAX_BYTES:
+            raise UserError(f"{path}: holds more than the {MAX_BYTES} bytes that settings may; check that it is the right file")
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise UserError(f"{path}: is missing; check the path") from error

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from ssjs_cli.methods import known_methods
 from ssjs_cli.report import comparison_figures as figures
 from ssjs_cli.report.comparison_figures import MethodCurves
 from ssjs_cli.report.figure_style import Figure
@@ -10,7 +11,6 @@ from ssjs_cli.report.number_text import count_text, seconds_text
 from ssjs_cli.report.page_parts import Plot
 from ssjs_cli.report.sheet import SheetColumn, sheet
 from ssjs_cli.report.study_page import GATE_NOTE, Section, StudyPage, render_study
-from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:
     from ssjs_cli.studies.comparison import Comparison
@@ -50,6 +50,8 @@ CONSISTENCY_SHEET: tuple[SheetColumn, ...] = (
     ("nees_joint_per_dof", "bases jointly / dof", 3, 1.0),
     ("nees_base_mean", "bases, 3 dof", 2, 1.0),
     ("nees_map_mean", "landmarks, 2 dof", 2, 1.0),
+    ("nees_position_per_dof", "position / dof", 2, 1.0),
+    ("inside_3_sigma_fraction", "within 3 σ [%]", 1, 100.0),
     ("nis_mean", "NIS / dof", 3, 1.0),
     ("nis_band_low", "band from", 3, 1.0),
     ("nis_band_high", "to", 3, 1.0),

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from ssjs_cli.methods import known_methods
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.comparison_figures import band_traces, nis_band, nis_per_dof
 from ssjs_cli.report.figure_style import Figure, Trace
@@ -9,7 +10,6 @@ from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.page_parts import Plot
 from ssjs_cli.report.sheet import SheetColumn, sheet
 from ssjs_cli.report.study_page import GATE_NOTE, Section, StudyPage, render_study, seeds_text
-from ssjs_cli.studies.methods import known_methods
 
 if TYPE_CHECKING:
     from ssjs_cli.studies.monte_carlo import ConsistencyStudy
@@ -25,6 +25,8 @@ METHOD_SHEET: tuple[SheetColumn, ...] = (
     ("nees_joint_band_low", "band from", 3, 1.0),
     ("nees_joint_band_high", "to", 3, 1.0),
     ("nees_map_mean", "landmarks, 2 dof", 2, 1.0),
+    ("nees_position_per_dof", "position / dof", 2, 1.0),
+    ("inside_3_sigma_fraction", "within 3 σ [%]", 1, 100.0),
     ("nis_mean", "NIS / dof", 4, 1.0),
     ("nis_band_low", "band from", 4, 1.0),
     ("nis_band_high", "to", 4, 1.0),
@@ -39,6 +41,8 @@ RUN_SHEET: tuple[SheetColumn, ...] = (
     ("nees_inside_fraction", "inside [%]", 1, 100.0),
     ("nees_joint_per_dof", "bases jointly / dof", 3, 1.0),
     ("nees_map_mean", "landmarks, 2 dof", 2, 1.0),
+    ("nees_position_per_dof", "position / dof", 2, 1.0),
+    ("inside_3_sigma_fraction", "within 3 σ [%]", 1, 100.0),
     ("nis_mean", "NIS / dof", 4, 1.0),
     ("trajectory_rmse_m", "RMSE [m]", 3, 1.0),
     ("trajectory_max_m", "max [m]", 3, 1.0),

@@ -6,6 +6,7 @@ from typing import Any
 
 from ssjs_cli.report.number_text import (
     NO_REFERENCE,
+    NOT_MEASURED,
     NOT_RECORDED,
     count_text,
     finite_number,
@@ -107,7 +108,7 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Format, str], ...]], ...] = (
         (
             ("time_total_s", "total", seconds_text, NOT_RECORDED),
             ("time_local_s", "local maps", seconds_text, NOT_RECORDED),
-            ("time_association_s", "association", seconds_text, NOT_RECORDED),
+            ("time_association_s", "association", seconds_text, NOT_MEASURED),
             ("time_global_s", "global level", seconds_text, NOT_RECORDED),
             ("time_other_s", "other", seconds_text, NOT_RECORDED),
             ("step_time_p50_us", "step, median", _microseconds_text, NOT_RECORDED),
@@ -119,12 +120,18 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Format, str], ...]], ...] = (
 )
 
 
+def measured(summary: dict[str, Any], key: str) -> float | None:
+    """A time of exactly nothing is that of a part that no clock was put to; it lies in that of the others."""
+    value = finite_number(summary.get(key))
+    return None if value == 0.0 and key == "time_association_s" else value
+
+
 def number_groups(summary: dict[str, Any]) -> list[Group]:
     groups = []
     for title, rows in GROUPS:
         entries = []
         for key, label, text, absent in rows:
-            value = finite_number(summary.get(key))
+            value = measured(summary, key)
             entries.append(Entry(label, absent if value is None else text(value), key))
         if title == "Accuracy":
             alignment = summary.get("alignment")
@@ -232,9 +239,7 @@ TIME_PARTS = (
 
 def time_shares(summary: dict[str, Any]) -> list[TimeShare]:
     """Where the computing time went, in per cent of the sum of the parts; empty when a run did not record them."""
-    known = [
-        (label, max(value, 0.0), colour) for key, label, colour in TIME_PARTS if (value := finite_number(summary.get(key))) is not None
-    ]
+    known = [(label, max(value, 0.0), colour) for key, label, colour in TIME_PARTS if (value := measured(summary, key)) is not None]
     total_s = sum(value for _, value, _ in known)
     if total_s <= 0.0:
         return []

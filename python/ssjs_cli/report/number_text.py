@@ -5,6 +5,7 @@ from typing import Any
 
 NO_REFERENCE = "no reference"
 NOT_RECORDED = "not recorded"
+NOT_MEASURED = "not measured"
 
 
 def finite_number(value: Any) -> float | None:

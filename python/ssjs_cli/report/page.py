@@ -4,6 +4,7 @@ from typing import Any
 
 from ssjs_cli.report.consistency_figures import Consistency, consistency
 from ssjs_cli.report.error_figures import axis_errors, position_error
+from ssjs_cli.report.geographic_axes import add_geographic_axes
 from ssjs_cli.report.headline import cards, number_groups, time_shares
 from ssjs_cli.report.map_figure import MapAxes, SubmapColours, draw_map
 from ssjs_cli.report.number_text import count_text, finite_number, percent_text, plain_text, seconds_text
@@ -11,6 +12,8 @@ from ssjs_cli.report.page_parts import Plot, render
 from ssjs_cli.report.replay import replay_data, timeline_spans
 from ssjs_cli.report.result_files import Columns, RunFiles
 from ssjs_cli.report.step_time_figures import step_times
+from ssjs_cli.report.survey_cards import survey_cards
+from ssjs_cli.report.survey_sections import survey_sections
 from ssjs_cli.report.tables import LOOP_COLUMNS, configuration_sections, loop_rows, submap_columns, submap_rows
 
 FIGURE_IDS = ("map", "position-error", "axis-errors", "nees", "nis", "step-time-histogram", "step-time")
@@ -26,27 +29,31 @@ def render_page(files: RunFiles) -> str:
         map_plot.missing = "landmarks.csv and trajectory.tum are missing or empty, so there is no map to draw."
     else:
         map_plot.figure, map_plot.notes = drawing.figure, drawing.notes
+        add_geographic_axes(drawing.figure, summary, axes)
     replay = replay_data(files, axes, colours) if drawing is not None else None
     plots = [map_plot, *_error_plots(files, axes), *_consistency_plots(files)]
     step_histogram, step_over_time, step_quantiles = _step_time_plots(files)
     plots += [step_histogram, step_over_time]
+    survey = survey_sections(files, axes, colours)
     by_id = {plot.div_id: plot for plot in plots}
     duration_s = _duration_s(files)
     loops, loops_note = loop_rows(files.submaps, axes) if files.submaps is not None else ([], "")
     return render(
         "report.html.j2",
         {
-            "figures": {plot.div_id: plot.figure for plot in plots if plot.figure is not None},
+            "figures": {plot.div_id: plot.figure for plot in [*plots, *(survey.plots if survey else [])] if plot.figure is not None},
             "layers": {layer.key: layer.traces for layer in drawing.layers} if drawing is not None else {},
             "replay": replay,
         },
         ("sorted_tables.js", "plots.js", "report.js"),
+        styles=("report.css", "survey.css"),
         title=_mission_name(files),
         subtitle=_text(summary, "description"),
         facts=_facts(files, duration_s),
-        cards=cards(summary, duration_s),
+        cards=[*survey_cards(files, duration_s), *cards(summary, duration_s)],
         groups=number_groups(summary),
         plots=by_id,
+        survey=survey,
         layers=drawing.layers if drawing is not None else [],
         map_missing=_missing_on_map(files),
         replay=replay is not None,
@@ -141,8 +148,13 @@ def _consistency_plots(files: RunFiles) -> list[Plot]:
             "nees", "NEES of the vehicle pose", files.nees,
             "nees.csv is missing: NEES needs the true trajectory at every step, which this mission does not have.",
         ),
-        _consistency_plot("nis", "NIS of the scan updates", files.nis, "consistency.csv is missing, so there is no NIS to draw."),
+        _consistency_plot("nis", _nis_heading(files), files.nis, "consistency.csv is missing, so there is no NIS to draw."),
     ]  # fmt: skip
+
+
+def _nis_heading(files: RunFiles) -> str:
+    """Under water one update holds the samples of every sensor at its time."""
+    return "NIS of the updates, all sensors together" if files.summary.get("sensors") else "NIS of the scan updates"
 
 
 def _consistency_plot(quantity: str, heading: str, table: Columns | None, missing: str) -> Plot:

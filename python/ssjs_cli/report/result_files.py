@@ -12,6 +12,7 @@ from ssjs_cli.formats.number_table import FloatArray, IntArray, read_header, rea
 from ssjs_cli.formats.toml_file import load_toml
 from ssjs_cli.formats.tum import read_tum
 from ssjs_cli.report.number_text import finite_number
+from ssjs_cli.report.survey_files import SurveyFiles, read_survey_files
 
 RUN_AGAIN = "run the mission again"
 #: A mission whose first time is beyond this (about 12 days) carries the time of a calendar clock, unreadable on an axis.
@@ -21,11 +22,12 @@ TIME_KEYS = ("time_s", "start_time_s", "end_time_s")
 
 @dataclass(frozen=True)
 class Track:
-    """time_s (n,); position (n, 2) x, y in metres; heading (n,) rad; frame global."""
+    """time_s (n,); position (n, 2) x, y in metres; heading (n,) rad; frame global. depth (n,) in metres, of a vehicle under water."""
 
     time_s: FloatArray
     position: FloatArray
     heading: FloatArray
+    depth: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,14 @@ class PositionCovariance:
 @dataclass(frozen=True)
 class Landmarks:
     """id: number as text, empty where the landmark has none; position (l, 2) m; covariance (l, 3) xx, xy, yy m^2;
-    times_seen (l,); submap (l,), -1 when empty. Frame global."""
+    times_seen (l,); submap (l,), -1 when empty; depth (l,) m, 0 in the plane. Frame global."""
 
     id: list[str]
     position: FloatArray
     covariance: FloatArray
     times_seen: IntArray
     submap: IntArray
+    depth: FloatArray
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ class RunFiles:
     nees: Columns | None
     nis: Columns | None
     step_times: Columns | None
+    survey: SurveyFiles
 
 
 ERROR_COLUMNS = ("time_s", "error_m", "is_outlier", "error_x_m", "error_y_m", "sigma_x_m", "sigma_y_m", "sigma_major_m")
@@ -110,6 +114,7 @@ def read_run_files(run_dir: Path) -> RunFiles:
         nees=_read_columns(run_dir / "nees.csv", ("time_s", "nees", "dof"), ("nees", "dof")),
         nis=_read_columns(run_dir / "consistency.csv", ("time_s", "nis", "dof"), ("nis", "dof")),
         step_times=_read_columns(run_dir / "step_times.csv", ("time_s", "step_time_us"), ("step_time_us",)),
+        survey=read_survey_files(run_dir),
     )
     track = files.trajectory if files.trajectory is not None else files.online
     if track is None or abs(float(track.time_s[0])) < CLOCK_TIME_S:
@@ -122,7 +127,9 @@ def _counted_from(files: RunFiles, origin_s: float) -> RunFiles:
     earlier: dict[str, Any] = {"time_origin_s": origin_s}
     for field in fields(files):
         part = getattr(files, field.name)
-        if isinstance(part, Track | PositionCovariance):
+        if isinstance(part, SurveyFiles):
+            earlier[field.name] = part.counted_from(origin_s)
+        elif isinstance(part, Track | PositionCovariance):
             earlier[field.name] = replace(part, time_s=part.time_s - origin_s)
         elif isinstance(part, Submaps):
             earlier[field.name] = Submaps(
@@ -186,7 +193,8 @@ def _read_track(path: Path) -> Track | None:
     if not path.is_file():
         return None
     series = read_tum(path)
-    return Track(time_s=series.time_s, position=series.pose[:, :2], heading=series.pose[:, 2])
+    depth = None if series.space is None else series.space[:, 0]
+    return Track(time_s=series.time_s, position=series.pose[:, :2], heading=series.pose[:, 2], depth=depth)
 
 
 def _read_covariance(path: Path) -> PositionCovariance | None:
@@ -202,7 +210,7 @@ def _read_covariance(path: Path) -> PositionCovariance | None:
 
 
 def _read_landmarks(path: Path) -> Landmarks | None:
-    names = ("id", "x_m", "y_m", "var_xx", "cov_xy", "var_yy", "times_seen", "submap")
+    names = ("id", "x_m", "y_m", "z_m", "var_xx", "cov_xy", "var_yy", "times_seen", "submap")
     if not path.is_file():
         return None
     table = read_table(path, required=names, may_be_empty=("id", "times_seen", "submap"), other_columns_allowed=True)
@@ -212,4 +220,5 @@ def _read_landmarks(path: Path) -> Landmarks | None:
         covariance=table.stacked(("var_xx", "cov_xy", "var_yy")),
         times_seen=np.nan_to_num(table["times_seen"]).astype(np.int64),
         submap=np.nan_to_num(table["submap"], nan=-1.0).astype(np.int64),
+        depth=table["z_m"],
     )

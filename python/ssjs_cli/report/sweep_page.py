@@ -2,8 +2,10 @@
 
 from typing import TYPE_CHECKING, Any
 
+from ssjs_cli.methods import known_methods
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.figure_style import Figure, Trace
+from ssjs_cli.report.method_colours import method_colours
 from ssjs_cli.report.page_parts import Plot
 from ssjs_cli.report.sheet import SheetColumn, sheet
 from ssjs_cli.report.study_page import Section, StudyPage, render_study, seeds_text
@@ -29,6 +31,9 @@ CELL_SHEET: tuple[SheetColumn, ...] = (
     ("map_error_max_m", "map max [m]", 3, 1.0),
     ("trajectory_rmse_m", "RMSE [m]", 3, 1.0),
     ("nees_joint_per_dof", "bases jointly / dof", 2, 1.0),
+    ("nees_position_per_dof", "position / dof", 2, 1.0),
+    ("inside_3_sigma_fraction", "within 3 σ [%]", 1, 100.0),
+    ("inside_3_sigma_online_fraction", "online [%]", 1, 100.0),
     ("reason", "failed because", None, 1.0),
 )
 #: key, heading, axis, section
@@ -39,15 +44,18 @@ CURVES = (
     ("live_maps", "Maps left in the end", "maps [count]", "cost"),
     ("map_error_mean_m", "Map error", "mean error [m]", "accuracy"),
     ("trajectory_rmse_m", "Trajectory RMSE", "RMSE [m]", "accuracy"),
-    ("nees_joint_per_dof", "Joint NEES of all bases", "NEES / dof [-]", "accuracy"),
+    ("nees_joint_per_dof", "Joint NEES of all bases", "NEES / dof [-]", "consistency"),
+    ("nees_position_per_dof", "NEES of the position", "NEES / dof [-]", "consistency"),
+    ("inside_3_sigma_fraction", "Share of the mission inside three standard deviations", "share [-]", "consistency"),
+    ("inside_3_sigma_online_fraction", "The same, of the online estimate", "share [-]", "consistency"),
 )
 DASHES = ("solid", "6px,4px", "2px,3px", "8px,3px,2px,3px")
 
 
 def sweep_page(sweep: "Sweep") -> str:
-    sections = {"cost": Section("cost-section", "Cost", []), "accuracy": Section("accuracy-section", "Accuracy", [])}
+    sections = {name: Section(f"{name}-section", name.capitalize(), []) for name in ("cost", "accuracy", "consistency")}
     for key, heading, axis, section in CURVES:
-        figure = _curves(sweep, key, axis)
+        figure = (_over_sizes if len(sweep.thresholds) == 1 and len(sweep.sizes) > 1 else _over_thresholds)(sweep, key, axis)
         if figure is None:
             continue
         notes = []
@@ -67,7 +75,7 @@ def sweep_page(sweep: "Sweep") -> str:
         sheets=[],
         sections=[section for section in sections.values() if section.plots],
         failures=[
-            (f"{cell['method']}, size {cell['submap_size']}, threshold {cell['fusion_threshold']:g}", cell["reason"])
+            (f"{cell['method']}, size {cell['submap_size']:g}, threshold {cell['fusion_threshold']:g}", cell["reason"])
             for cell in sweep.cells
             if cell["reason"]
         ],
@@ -77,11 +85,11 @@ def sweep_page(sweep: "Sweep") -> str:
     return render_study(page)
 
 
-def _colour(sweep: "Sweep", size: int) -> str:
+def _colour(sweep: "Sweep", size: float) -> str:
     return PALETTE[sweep.sizes.index(size) % len(PALETTE)]
 
 
-def _curves(sweep: "Sweep", key: str, axis: str) -> Figure | None:
+def _over_thresholds(sweep: "Sweep", key: str, axis: str) -> Figure | None:
     traces: list[Trace] = []
     for number, method in enumerate(sweep.methods):
         for size in sweep.sizes:
@@ -90,21 +98,36 @@ def _curves(sweep: "Sweep", key: str, axis: str) -> Figure | None:
             ]
             if not cells:
                 continue
-            name = f"{size} landmarks" if len(sweep.methods) == 1 else f"{method}, {size} landmarks"
+            name = f"{size:g} {sweep.axes.unit}" if len(sweep.methods) == 1 else f"{method}, {size:g} {sweep.axes.unit}"
             hover = f"{name}, threshold %{{x:.2f}}: %{{y:.4g}}<extra></extra>"
-            dash = {"dash": DASHES[number % len(DASHES)]}
             x, y = [cell["fusion_threshold"] for cell in cells], [cell[key] for cell in cells]
-            line = style.line(x, y, name, _colour(sweep, size), 2.0, line=dash, hovertemplate=hover)
-            traces.append({**line, "mode": "lines+markers", "marker": {"size": 7, "color": _colour(sweep, size)}})
+            traces.append(_marked_line(x, y, name, _colour(sweep, size), DASHES[number % len(DASHES)], hover))
     if not traces:
         return None
-    low, high = min(sweep.thresholds), max(sweep.thresholds)
+    return _figure(traces, sweep.thresholds, "fusion threshold [share of the newer submap]", axis)
+
+
+def _over_sizes(sweep: "Sweep", key: str, axis: str) -> Figure | None:
+    """With one threshold a curve a method says more."""
+    colours = method_colours(sweep.methods, known_methods())
+    traces: list[Trace] = []
+    for method in sweep.methods:
+        cells = [cell for cell in sweep.cells if cell["method"] == method and cell[key] is not None]
+        if not cells:
+            continue
+        x, y = [cell["submap_size"] for cell in cells], [cell[key] for cell in cells]
+        hover = f"{method}, %{{x:g}} {sweep.axes.unit}: %{{y:.4g}}<extra></extra>"
+        traces.append(_marked_line(x, y, method, colours[method], DASHES[0], hover))
+    return _figure(traces, sweep.sizes, f"submap size [{sweep.axes.unit}]", axis) if traces else None
+
+
+def _marked_line(x: list[float | None], y: list[float | None], name: str, colour: str, dash: str, hover: str) -> Trace:
+    line = style.line(x, y, name, colour, 2.0, line={"dash": dash}, hovertemplate=hover)
+    return {**line, "mode": "lines+markers", "marker": {"size": 7, "color": colour}}
+
+
+def _figure(traces: list[Trace], values: list[float], title: str, axis: str) -> Figure:
+    low, high = min(values), max(values)
     margin = 0.04 * (high - low) if high > low else 0.05
-    return {
-        "data": traces,
-        "layout": style.layout(
-            340,
-            xaxis=style.axis("fusion threshold [share of the newer submap]", range=[low - margin, high + margin]),
-            yaxis=style.axis(axis, rangemode="tozero"),
-        ),
-    }
+    xaxis = style.axis(title, range=[low - margin, high + margin])
+    return {"data": traces, "layout": style.layout(340, xaxis=xaxis, yaxis=style.axis(axis, rangemode="tozero"))}

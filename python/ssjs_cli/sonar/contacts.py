@@ -12,9 +12,10 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.formats.contact_table import Contact
 from ssjs_cli.formats.mission import BodyPoints
 from ssjs_cli.formats.number_table import FloatArray
-from ssjs_cli.formats.run_directory import Estimate
+from ssjs_cli.formats.run_directory import SNIPPETS_FOLDER, Estimate
 from ssjs_cli.sonar.info import describe_problem
 from ssjs_cli.sonar.log_blocks import PINGS_PER_BLOCK, open_log
+from ssjs_cli.sonar.survey_record import PINGS_AROUND, SurveyRecord
 
 # A sighting that lies farther from every landmark on the map was not used for it.
 MATCH_DISTANCE_M = 5.0
@@ -22,10 +23,11 @@ MATCH_DISTANCE_M = 5.0
 
 @dataclass(frozen=True)
 class Sighting:
-    """One contact in one pass: `found` as the survey measured it, in the log of this name."""
+    """One contact in one pass: `found` as the survey measured it, in the log of this name; picture: its number in the SurveyRecord."""
 
     log: str
     found: Mapping[str, Any]
+    picture: int | None = None
 
 
 def contacts_in(
@@ -38,18 +40,41 @@ def contacts_in(
     yield from survey.finish()
 
 
+def recorded_contacts(
+    log: _core.SonarLog,
+    name: str,
+    config: Mapping[str, float | int | bool | str | None],
+    record: SurveyRecord,
+    cascade: _core.HaarCascade | None = None,
+) -> Iterator[Sighting]:
+    """The same, their pictures put aside in the record."""
+    survey = _core.SideScanSurvey(config, cascade, pings_around=PINGS_AROUND)
+    at_end = False
+    while not at_end:
+        contacts = survey.feed_log(log, most_pings=PINGS_PER_BLOCK)
+        at_end = contacts is None
+        contacts = survey.finish() if contacts is None else contacts
+        record.add_blocks(name, survey.take_blocks(), contacts)
+        for contact in contacts:
+            yield Sighting(name, contact, record.keep(contact.pop("picture")))
+
+
 def sightings_in(
     logs: Sequence[Path],
     config: Mapping[str, float | int | bool | str | None],
     lost: list[str],
     cascade: _core.HaarCascade | None = None,
+    record: SurveyRecord | None = None,
 ) -> list[Sighting]:
-    """In the order of time; `lost` is told of the data that could not be read."""
-    found = []
+    """In the order of time; `lost` is told of the data that could not be read, the record of what the pings look like."""
+    found: list[Sighting] = []
     for path in logs:
         log = open_log(path)
         try:
-            found += [Sighting(path.name, contact) for contact in contacts_in(log, config, cascade)]
+            if record is None:
+                found += [Sighting(path.name, contact) for contact in contacts_in(log, config, cascade)]
+            else:
+                found += recorded_contacts(log, path.name, config, record, cascade)
         except (ValueError, RuntimeError, MemoryError) as error:  # settings that each keep their rule and do not go together
             raise UserError(f"{path}: no contacts can be found with these settings sonar.*: {error}") from error
         lost += [f"{path}: {describe_problem(problem)}" for problem in log.info()["problems"] if problem["data_lost"]]
@@ -70,30 +95,44 @@ def body_points(sightings: Sequence[Sighting]) -> BodyPoints | None:
 def contacts_on_map(estimate: Estimate, sightings: Sequence[Sighting]) -> list[Contact]:
     """One contact a landmark. What the sonar measured of it is that of its most trusted sighting."""
     landmarks = estimate.landmarks
-    best = _best_sightings(estimate, sightings)
+    best = best_sightings(estimate, sightings)
     contacts = []
     for index, (x, y) in enumerate(landmarks.position):
         xx, xy, yy = (float(value) for value in landmarks.covariance[index])
         depth = None if landmarks.depth_m is None else float(landmarks.depth_m[index])
         seen = int(landmarks.times_seen[index])
         sonar = sonar_part(best[index]) if index in best else {}
-        contacts.append(Contact(int(landmarks.ids[index]), float(x), float(y), (xx, xy, yy), seen, depth_m=depth, **sonar))
+        number = int(landmarks.ids[index])
+        if index in best and best[index].picture is not None:
+            sonar["snippet"] = f"{SNIPPETS_FOLDER}/{snippet_name(number)}"
+        contacts.append(Contact(number, float(x), float(y), (xx, xy, yy), seen, depth_m=depth, **sonar))
     return contacts
 
 
-def _best_sightings(estimate: Estimate, sightings: Sequence[Sighting]) -> dict[int, Sighting]:
-    """By the landmark nearest to where the final track puts each sighting."""
+def snippet_name(number: int) -> str:
+    return f"contact-{number:04d}.png"
+
+
+def best_sightings(estimate: Estimate, sightings: Sequence[Sighting]) -> dict[int, Sighting]:
+    """The most trusted sighting of each landmark, by its row, among those that the final track puts nearest to it."""
     best: dict[int, Sighting] = {}
+    for sighting, row in zip(sightings, nearest_landmarks(estimate, sightings), strict=True):
+        if row is not None and (row not in best or sighting.found["confidence"] > best[row].found["confidence"]):
+            best[row] = sighting
+    return best
+
+
+def nearest_landmarks(estimate: Estimate, sightings: Sequence[Sighting]) -> list[int | None]:
+    """For each sighting the row of the landmark nearest to where the final track puts it; None beyond MATCH_DISTANCE_M."""
     positions = estimate.landmarks.position
     if not len(positions):
-        return best
+        return [None] * len(sightings)
+    rows: list[int | None] = []
     for sighting in sightings:
         distance_m = np.linalg.norm(positions - _on_map(estimate, sighting), axis=1)
         nearest = int(np.argmin(distance_m))
-        known = best.get(nearest)
-        if distance_m[nearest] <= MATCH_DISTANCE_M and (known is None or sighting.found["confidence"] > known.found["confidence"]):
-            best[nearest] = sighting
-    return best
+        rows.append(nearest if distance_m[nearest] <= MATCH_DISTANCE_M else None)
+    return rows
 
 
 def _on_map(estimate: Estimate, sighting: Sighting) -> FloatArray:

@@ -14,6 +14,8 @@ LAYBACK_MODES = ("auto", "apply", "ignore")
 
 
 def open_log(path: Path, layback: str = "auto") -> _core.SonarLog:
+    if path.is_file() and path.stat().st_size == 0:
+        raise UserError(f"{path}: is empty; copy it from the recorder again")
     try:
         return _core.SonarLog(str(path), layback=layback)
     except OSError as error:

@@ -1,6 +1,7 @@
 """The command `sonar waterfall`: a log as a grey picture in slant range, the first ping at the top, port left of starboard, the track
 between them. The log is read twice, for the levels and for the picture: echoes of 16 bits and more become 8 between two robust levels."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ssjs_cli import _core
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.atomic import check_writable, write_file
 from ssjs_cli.formats.image_file import MAX_PIXELS
@@ -113,21 +115,31 @@ def picture_of(path: Path, survey: Survey, scale: str) -> tuple[NDArray[np.uint8
     """(pings, 2 width) grey levels, and the problems of the log."""
     log = open_log(path)
     pixels = np.zeros((survey.pings, 2 * survey.width_px), dtype=np.uint8)
-    row = 0
+    for row, (_, grey) in enumerate(grey_rows(log, survey, scale)):
+        pixels[row] = grey
+    problems: list[dict[str, Any]] = log.info()["problems"]
+    return pixels, problems
+
+
+def grey_rows(log: _core.SonarLog, survey: Survey, scale: str) -> Iterator[tuple[float, NDArray[np.uint8]]]:
+    """Of each ping its time (NaN where the log has none) and its row of the picture, (2 width,): port, then starboard."""
+    levels = survey.levels()
     for block in blocks(log):
-        for channels, sound_speed_m_s in zip(block["channels"], block["pings"]["sound_speed_m_s"], strict=True):
+        pings = block["pings"]
+        for channels, time_s, sound_speed_m_s in zip(
+            block["channels"], pings["time_s"].tolist(), pings["sound_speed_m_s"].tolist(), strict=True
+        ):
             chosen = _of_frequency(channels, survey.frequency_hz)
             if not chosen:
                 continue
+            row = np.zeros(2 * survey.width_px, dtype=np.uint8)
             for channel in chosen:
-                near_to_far = _grey(_on_grid(channel, float(sound_speed_m_s), survey), survey.levels(), scale)
+                near_to_far = _grey(_on_grid(channel, sound_speed_m_s, survey), levels, scale)
                 if channel["side"] == "port":
-                    pixels[row, : survey.width_px] = near_to_far[::-1]
+                    row[: survey.width_px] = near_to_far[::-1]
                 else:
-                    pixels[row, survey.width_px :] = near_to_far
-            row += 1
-    problems: list[dict[str, Any]] = log.info()["problems"]
-    return pixels, problems
+                    row[survey.width_px :] = near_to_far
+            yield time_s, row
 
 
 def _of_frequency(channels: list[dict[str, Any]], frequency_hz: float) -> list[dict[str, Any]]:
@@ -140,7 +152,7 @@ def _on_grid(channel: dict[str, Any], sound_speed_m_s: float, survey: Survey) ->
     samples = channel["samples"].astype(np.float64)
     per_sample_m = channel["sample_interval_s"] * sound_speed_m_s / 2.0
     if per_sample_m == 0.0 or survey.range_m == 0.0:
-        return np.pad(samples, (0, survey.width_px - len(samples)))
+        return np.pad(samples, (0, max(survey.width_px - len(samples), 0)))[: survey.width_px]
     edges_m = np.arange(survey.width_px + 1) * (survey.range_m / survey.width_px)
     edges = np.clip(edges_m / per_sample_m - channel["first_sample_s"] / channel["sample_interval_s"], 0.0, len(samples))
     total = np.interp(edges, np.arange(len(samples) + 1), np.concatenate([[0.0], np.cumsum(samples)]))

@@ -12,7 +12,8 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import POSE_DOF
 from ssjs_cli.formats.mission import Mission, input_digests, mission_directory, read_mission
 from ssjs_cli.formats.run_directory import MEASURED_KEYS, REFERENCE_KEYS, STEP_TIME_KEYS, TIME_KEYS
-from ssjs_cli.mission_run import RunRequest, path_name, resolve_settings
+from ssjs_cli.methods import chosen_methods
+from ssjs_cli.mission_run import RunRequest, path_name, resolve_settings, settings_kind
 from ssjs_cli.progress import working
 from ssjs_cli.session import Session
 from ssjs_cli.studies.carry_out import CarriedOut, PlannedRun, carry_out
@@ -37,8 +38,10 @@ BAND_PROBABILITY = 0.95
 
 @dataclass(frozen=True)
 class ComparisonRequest:
+    """methods: "all" that are defined for the mission, or names with commas between them."""
+
     mission_path: Path
-    methods: Sequence[str]
+    methods: str
     repeats: int = 1
     association: str | None = None
     config_path: Path | None = None
@@ -71,11 +74,12 @@ def compare(request: ComparisonRequest, session: Session) -> Comparison:
     with working("reading the mission"):
         mission = read_mission(directory)
         digests = input_digests(directory)
+    methods = chosen_methods(request.methods, settings_kind(mission))
     _, seed = _settings_for(None, request, directory, mission)  # a fault of the mission or the command is that of every method
     plans: dict[str, list[PlannedRun]] = {}
     reasons: dict[str, str] = {}
     associations: dict[str, Any] = {}
-    for method in request.methods:
+    for method in methods:
         try:
             settings, _ = _settings_for(method, request, directory, mission)
         except UserError as error:
@@ -87,7 +91,7 @@ def compare(request: ComparisonRequest, session: Session) -> Comparison:
     definition = {
         "study": "comparison",
         "mission": mission.name,
-        "methods": list(request.methods),
+        "methods": methods,
         "repeats": request.repeats,
         "seed": seed,
         **core_identity(),
@@ -100,7 +104,7 @@ def compare(request: ComparisonRequest, session: Session) -> Comparison:
         done = carry_out(
             perform, runs, ProcessPool(1, fresh_processes=True, time_limit_s=request.time_limit_s), folder, "comparing", session
         )
-        result = _assembled(request, out, mission, seed, plans, associations, reasons, done)
+        result = _assembled(methods, out, mission, seed, plans, associations, reasons, done)
         folder.write(COMPARISON_FILE, json_text(result.document))
         folder.write(TABLE_FILE, csv_text(KEYS, result.rows))
         with working("building the report"):
@@ -146,7 +150,7 @@ def _planned(
 
 
 def _assembled(
-    request: ComparisonRequest,
+    methods: Sequence[str],
     out: Path,
     mission: Mission,
     seed: int,
@@ -158,7 +162,7 @@ def _assembled(
     rows: list[dict[str, Any]] = []
     records: dict[str, Record] = {}
     lost: list[str] = []
-    for method in request.methods:
+    for method in methods:
         row: dict[str, Any] = dict.fromkeys(KEYS)
         row["method"], row["association"] = method, associations.get(method)
         finished = [done.records[plan.key] for plan in plans.get(method, ()) if plan.key in done.records]

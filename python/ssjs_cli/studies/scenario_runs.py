@@ -36,14 +36,21 @@ class StudyRequest:
     time_limit_s: float | None = None
 
     def executor(self) -> Executor:
-        if self.scheduler is not None:
-            from ssjs_cli.studies.dask_pool import DaskPool
-
-            return DaskPool(self.scheduler)
-        return ProcessPool(self.workers if self.workers is not None else cores(), time_limit_s=self.time_limit_s)
+        return executor_of(self.workers, self.scheduler, self.time_limit_s)
 
     def folder(self, scenario: Scenario, kind: str) -> Path:
         return self.out if self.out is not None else Path("runs") / f"{path_name(scenario.name)}-{kind}"
+
+
+def executor_of(workers: int | None, scheduler: str | None, time_limit_s: float | None = None) -> Executor:
+    """Workers here, one a core where their number is not said, or those of a Dask scheduler."""
+    if workers is not None and scheduler is not None:
+        raise UserError("--jobs and --scheduler: the workers of a scheduler are counted there; give one of the two")
+    if scheduler is not None:
+        from ssjs_cli.studies.dask_pool import DaskPool
+
+        return DaskPool(scheduler)
+    return ProcessPool(workers if workers is not None else cores(), time_limit_s=time_limit_s)
 
 
 def cores() -> int:

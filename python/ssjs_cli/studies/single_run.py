@@ -3,9 +3,10 @@
 import hashlib
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType, TracebackType
 from typing import Literal
 
@@ -15,7 +16,7 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import evaluate
 from ssjs_cli.formats.mission import Mission, read_mission
 from ssjs_cli.formats.run_directory import estimate_of
-from ssjs_cli.mission_run import build_log, run_estimator
+from ssjs_cli.mission_run import build_log, run_estimator, with_contacts
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.simulation import Scenario, simulate_mission
 from ssjs_cli.studies import curves
@@ -42,8 +43,8 @@ def perform(task: RunTask) -> Record:
     if _core.version() != task.version:
         raise UserError(f"the worker has ssjs {_core.version()} and this study {task.version}; install the same version at the workers")
     limit = _TimeLimit(task.time_limit_s)
-    mission, where = _mission_of(task)
     lost: list[str] = []
+    mission, where = _mission_of(task, lost)
     log = build_log(mission, Settings(task.settings), where, lost)
     with limit:
         result = run_estimator(task.settings, log, task.seed, limit.progress)
@@ -88,10 +89,17 @@ class _TimeLimit:
             raise TimeLimitError(time_limit_reason(self._time_limit_s, done)) from None
 
 
-def _mission_of(task: RunTask) -> tuple[Mission, Path]:
-    if isinstance(task.source, Scenario):
-        return simulate_mission(task.source), Path(f"scenario {task.source.name}")
-    return read_mission(Path(task.source)), Path(task.source)
+def _mission_of(task: RunTask, lost: list[str]) -> tuple[Mission, Path]:
+    """With the contacts that were found in its sonar logs; those of a simulated mission are gone once it has been searched."""
+    if not isinstance(task.source, Scenario):
+        return with_contacts(read_mission(Path(task.source)), task.settings, lost)[0], Path(task.source)
+    mission, where = simulate_mission(task.source), Path(f"scenario {task.source.name}")
+    if mission.recording is None:
+        return mission, where
+    with TemporaryDirectory(prefix="ssjs-") as folder:
+        mission.recording(Path(folder))
+        recorded = replace(mission, sonar_logs=sorted(Path(folder).iterdir()))
+        return with_contacts(recorded, task.settings, lost)[0], where
 
 
 @cache

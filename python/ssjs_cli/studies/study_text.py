@@ -21,6 +21,8 @@ CONSISTENCY_COLUMNS: tuple[Column, ...] = (
     ("nees_joint_band_low", "band from", ".3f"),
     ("nees_joint_band_high", "to", ".3f"),
     ("nees_map_mean", "map (2)", ".2f"),
+    ("nees_position_per_dof", "position/dof", ".2f"),
+    ("inside_3_sigma_fraction", "within 3 sigma", ".1%"),
     ("nis_mean", "NIS/dof", ".4f"),
     ("nis_band_low", "band from", ".4f"),
     ("nis_band_high", "to", ".4f"),
@@ -31,7 +33,7 @@ CONSISTENCY_COLUMNS: tuple[Column, ...] = (
 )
 SWEEP_COLUMNS: tuple[Column, ...] = (
     ("method", "method", ""),
-    ("submap_size", "submap size", "d"),
+    ("submap_size", "submap size", "g"),
     ("fusion_threshold", "threshold", ".2f"),
     ("runs", "runs", "d"),
     ("time_total_s", "total s", ".3f"),
@@ -45,6 +47,8 @@ SWEEP_COLUMNS: tuple[Column, ...] = (
     ("map_error_mean_m", "map mean m", ".3f"),
     ("trajectory_rmse_m", "RMSE m", ".3f"),
     ("nees_joint_per_dof", "joint/dof", ".2f"),
+    ("nees_position_per_dof", "position/dof", ".2f"),
+    ("inside_3_sigma_fraction", "within 3 sigma", ".1%"),
     ("reason", "why not", ""),
 )
 

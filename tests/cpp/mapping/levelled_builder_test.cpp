@@ -294,7 +294,8 @@ TEST(LevelledBuilder, A18_UnconditionedStepsStayAsFiltered) {
   EXPECT_EQ(filtered.covariance, conditioned.covariance);
   ASSERT_EQ(filtered.steps.size(), conditioned.steps.size());
   for (std::size_t i = 0; i < filtered.steps.size(); ++i) {
-    EXPECT_EQ(filtered.steps[i].base_T_vehicle, conditioned.steps[i].base_T_vehicle);
+    EXPECT_EQ(filtered.steps[i].time_s, conditioned.steps[i].time_s);
+    EXPECT_LE(conditioned.steps[i].covariance.trace(), filtered.steps[i].covariance.trace() * (1.0 + 1e-9));  // smoothed
     EXPECT_EQ(filtered.steps[i].conditional_covariance, filtered.steps[i].covariance);
     EXPECT_EQ(filtered.steps[i].gain.norm(), 0.0);
   }
@@ -458,6 +459,37 @@ TEST(LevelledBuilder, SaysWhatItCannotTake) {
   tick.time_s = 6.0;
   tick.depth_m = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW((void)builder.feed(tick), InvalidArgument);
+}
+
+/// A straight line over landmarks every 2 m; sightings and velocities never share a tick.
+TEST(LevelledBuilder, A17_AFullMapIsClosedByTheNextVelocity) {
+  LevelledBuilderConfig config;
+  config.association.method = AssociationMethod::kKnown;
+  config.split.policy = {5, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 2};
+  config.split.longest_m = 1e6;
+  LevelledBuilder builder(config);
+  std::vector<LevelledSubmap> maps;
+  for (int i = 0; i < 600; ++i) {
+    NavigationTick tick;
+    tick.time_s = 0.1 * i;
+    tick.gyro_rad_s = Eigen::Vector3d::Zero();
+    tick.roll_pitch_rad = Eigen::Vector2d::Zero();
+    tick.compass_rad = 0.3;
+    tick.depth_m = 12.0;
+    tick.altitude_m = 4.0;
+    if (i % 2 == 0) tick.velocity = VelocitySample{{1.5, 0.0, 0.0}, true, std::nullopt};
+    if (i % 14 == 7) tick.sightings.push_back({{0.0, 10.0, 4.0}, std::nullopt, i});
+    TickResult result = builder.feed(tick);
+    if (result.closed) maps.push_back(std::move(*result.closed));
+  }
+  ASSERT_GT(maps.size(), 4U);
+  for (const LevelledSubmap& map : maps) {
+    EXPECT_EQ(map.closed_because, "landmarks");
+    EXPECT_EQ(map.landmark_count(), 6);  // one too many came without a velocity
+    ASSERT_EQ(map.seen_s.size(), 6U);
+    EXPECT_EQ(map.times_seen_s(5).size(), 1U);
+    EXPECT_NEAR(map.times_seen_s(5).front(), map.end_time_s, 0.15);
+  }
 }
 
 }  // namespace

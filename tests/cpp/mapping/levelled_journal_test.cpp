@@ -112,6 +112,105 @@ TEST(LevelledJournal, A18_BackwardsEqualsForwards) {
   EXPECT_LT((steps[0].conditional_covariance - conditional).cwiseAbs().maxCoeff(), 1e-7);
 }
 
+/// A linear system over the vehicle's state and landmarks, beside the least-squares solution over all of its past.
+TEST(LevelledJournal, A24_StepsAreTheLeastSquaresSolutionOfTheWholeMapInALinearWorld) {
+  constexpr int kTimes = 8;
+  constexpr int kStepAt = 3;
+  Rng rng(82);
+  LevelledFilter filter(2);
+  LevelledJournal journal;
+  filter.watch(&journal);
+  const auto normal_matrix = [&](Eigen::Index rows, Eigen::Index columns, double scale) {
+    Eigen::MatrixXd A(rows, columns);
+    for (Eigen::Index i = 0; i < A.size(); ++i) A(i) = scale * rng.normal();
+    return A;
+  };
+  const VehicleMatrix P0 = 0.01 * VehicleMatrix::Identity();
+  filter.reset(VehicleVector::Zero(), P0);
+  // unknowns: the vehicle at every time, then one landmark, which is added at time 1
+  const Eigen::Index landmark_at = kVehicle * kTimes;
+  const Eigen::Index size = landmark_at + 3;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+  const auto add_rows = [&](const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::MatrixXd& covariance) {
+    const Eigen::MatrixXd W = covariance.inverse();
+    information += A.transpose() * W * A;
+    right += A.transpose() * W * b;
+  };
+  const auto at = [&](int time, const Eigen::MatrixXd& J) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(J.rows(), size);
+    A.middleCols(kVehicle * time, kVehicle) = J;
+    return A;
+  };
+  add_rows(at(0, VehicleMatrix::Identity()), VehicleVector::Zero(), P0);
+  for (int time = 0; time < kTimes; ++time) {
+    if (time > 0) {
+      VehiclePrediction motion{filter.vehicle(), VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+      motion.F += normal_matrix(kVehicle, kVehicle, 0.1);
+      motion.state = motion.F * filter.vehicle();
+      motion.Q = 1e-4 * VehicleMatrix::Identity();
+      filter.predict(motion);
+      Eigen::MatrixXd A = at(time, VehicleMatrix::Identity());
+      A.middleCols(kVehicle * (time - 1), kVehicle) = -motion.F;
+      add_rows(A, VehicleVector::Zero(), motion.Q);
+    }
+    if (time == 1) {
+      SideScanLandmark landmark;
+      landmark.J_vehicle = normal_matrix(3, kVehicle, 1.0);
+      landmark.map_p_landmark = landmark.J_vehicle * filter.vehicle();
+      landmark.noise = 1e-3 * Eigen::Matrix3d::Identity();
+      filter.add_landmark(landmark);
+      Eigen::MatrixXd A = at(time, -landmark.J_vehicle);
+      A.rightCols<3>().setIdentity();
+      add_rows(A, Eigen::Vector3d::Zero(), landmark.noise);
+    }
+    StateRows rows{VehicleRows(3)};
+    rows.vehicle.H = normal_matrix(3, kVehicle, 1.0);
+    rows.vehicle.R = 1e-3 * Eigen::Matrix3d::Identity();
+    Eigen::MatrixXd A = at(time, rows.vehicle.H);
+    Eigen::Vector3d expected = rows.vehicle.H * filter.vehicle();
+    if (time > 1) {
+      rows.landmark = 0;
+      rows.H_landmark = normal_matrix(3, 3, 1.0);
+      A.rightCols<3>() = rows.H_landmark;
+      expected += rows.H_landmark * filter.landmark_position(0);
+    }
+    const Eigen::Vector3d z = normal_matrix(3, 1, 0.02);
+    rows.vehicle.residual = z - expected;
+    filter.update({rows});
+    add_rows(A, z, rows.vehicle.R);
+    if (time == kStepAt) journal.step(time, filter);
+  }
+  const Eigen::MatrixXd covariance = information.inverse();
+  const Eigen::VectorXd solution = covariance * right;
+  const std::vector<LevelledStep> steps = journal.take_steps(filter, {0, 1, 5});
+  ASSERT_EQ(steps.size(), 1U);
+  const Eigen::Index first = kVehicle * kStepAt;
+  EXPECT_LT((steps[0].base_T_vehicle - solution.segment<6>(first)).norm(), 1e-9);
+  EXPECT_LT((steps[0].covariance - covariance.block<6, 6>(first, first)).norm(), 1e-9);
+  const std::vector<Eigen::Index> exit{kVehicle * (kTimes - 1), kVehicle * (kTimes - 1) + 1, kVehicle * (kTimes - 1) + 5};
+  const Eigen::MatrixXd with_exit = covariance.middleRows<6>(first)(Eigen::all, exit);
+  EXPECT_LT((steps[0].gain - with_exit * covariance(exit, exit).inverse()).norm(), 1e-5);
+}
+
+TEST(LevelledJournal, A24_WhatItCannotRememberStaysAsFiltered) {
+  LevelledFilter filter(4);
+  LevelledJournal journal(true, std::size_t{1} << 20U);
+  filter.watch(&journal);
+  VehicleVector x = VehicleVector::Zero();
+  x(6) = 1.5;
+  filter.reset(x, VehicleMatrix(0.01 * VehicleMatrix::Identity()));
+  for (int tick = 0; tick < 1000; ++tick) {
+    filter.predict(predict_constant_velocity(filter.vehicle(), Eigen::Vector3d::Zero(), 0.1, {}));
+    filter.update({{depth_rows(filter.vehicle(), 0.05, {})}});
+    if (tick % 100 == 50) journal.step(tick, filter);
+  }
+  const std::vector<LevelledStep> steps = journal.take_steps(filter, {0, 1, 5});
+  ASSERT_EQ(steps.size(), 10U);
+  EXPECT_EQ(steps.front().gain.norm(), 0.0);
+  EXPECT_GT(steps.back().gain.norm(), 0.1);
+}
+
 TEST(LevelledJournal, A18_ConditionedPosesAreConsistent) {
   // the middle step of every map, given the TRUE exit and offsets of the map
   double sum = 0.0, as_filtered = 0.0, conditioned = 0.0;

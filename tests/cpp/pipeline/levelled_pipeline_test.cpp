@@ -69,6 +69,45 @@ TEST(LevelledPipeline, OneMapForTheWholeMissionIsNeverClosed) {
   const LevelledResult result = run_levelled_mission(config, simulated.ticks);
   EXPECT_EQ(result.submaps.size(), 1U);
   EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.7);
+  // what was seen again late corrects the way before it
+  EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.8 * rmse_m(result.online_pose, result.time_s, simulated));
+}
+
+/// Share of the remembered poses whose x and y both lie within three of their standard deviations.
+double share_inside(const LevelledResult& result, const SimulatedSurvey& truth) {
+  int inside = 0;
+  std::size_t at = 0;
+  for (Eigen::Index i = 0; i < result.pose.rows(); ++i) {
+    while (truth.truth[at].time_s < result.time_s(i)) ++at;
+    const Eigen::Vector2d error = result.pose.row(i).head<2>().transpose() - truth.truth[at].world_T_vehicle.translation.head<2>();
+    const double sigma_x = std::sqrt(result.covariance(i, 0));
+    const double sigma_y = std::sqrt(result.covariance(i, 6));  // second row of the upper triangle
+    if (std::abs(error.x()) <= 3.0 * sigma_x + 1e-6 && std::abs(error.y()) <= 3.0 * sigma_y + 1e-6) ++inside;
+  }
+  return static_cast<double>(inside) / static_cast<double>(result.pose.rows());
+}
+
+TEST(LevelledPipeline, U2_EveryMethodOfThePlaneFollowsTheSurvey) {
+  const SimulatedSurvey simulated = survey(3);
+  LevelledConfig config = known_identities();
+  for (const LevelledMethod method : {LevelledMethod::kSequential, LevelledMethod::kDivideAndConquer, LevelledMethod::kHierarchical,
+                                      LevelledMethod::kConstrainedLocal, LevelledMethod::kFused}) {
+    config.method = method;
+    const LevelledResult result = run_levelled_mission(config, simulated.ticks);
+    EXPECT_GT(result.submaps.size(), 5U) << static_cast<int>(method);
+    EXPECT_LT(rmse_m(result.pose, result.time_s, simulated), 0.6 * rmse_m(result.dead_reckoning, result.time_s, simulated));
+    EXPECT_GT(share_inside(result, simulated), 0.95) << static_cast<int>(method);
+    EXPECT_EQ(result.pose.cols(), 6);
+    for (const SurveyLandmark& landmark : result.landmarks) EXPECT_NEAR(landmark.position.z(), 16.0, 1.5);
+    EXPECT_EQ(result.map_wrong_pairs, 0);
+  }
+}
+
+TEST(LevelledPipeline, U7_AHeadingTakenForExactIsTooSureOfItself) {
+  const SimulatedSurvey simulated = survey(3);
+  LevelledConfig config = known_identities();
+  config.method = LevelledMethod::kNaiveHeading;
+  EXPECT_LT(share_inside(run_levelled_mission(config, simulated.ticks), simulated), 0.6);
 }
 
 TEST(LevelledPipeline, AWorldAlignedToNorthIsTheSameWorldTurned) {
@@ -138,6 +177,32 @@ TEST(LevelledPipeline, AfterASilenceOfHoursTheVehicleMayBeAnywhereAndYearsAreRef
     }
     EXPECT_GT(std::sqrt(largest), 20.0) << silence_s;
   }
+}
+
+TEST(LevelledPipeline, NorthWithoutACompassIsRefusedBeforeTheMission) {
+  LevelledConfig config;
+  config.joining.north_offset_rad = 0.1;
+  EXPECT_TRUE(config.violations().empty());
+  for (const CompassUse use : {CompassUse::kFirstReading, CompassUse::kNone}) {
+    config.local.compass_use = use;
+    ASSERT_EQ(config.violations().size(), 1U);
+    EXPECT_NE(config.violations().front().find("joining.north_offset_rad"), std::string::npos);
+    EXPECT_THROW(LevelledPipeline{config}, InvalidArgument);
+  }
+  config.local.compass_use = CompassUse::kMean;
+  EXPECT_TRUE(config.violations().empty());
+}
+
+TEST(LevelledPipeline, AMapWithoutAReadingSaysNothingOfTheMeanOffset) {
+  SimulatedSurvey simulated = survey(3);
+  for (NavigationTick& tick : simulated.ticks) {
+    if (tick.time_s > 300.0 && tick.time_s < 450.0) tick.compass_rad.reset();
+  }
+  LevelledConfig config = known_identities();
+  config.local.compass_use = CompassUse::kMean;
+  const LevelledResult result = run_levelled_mission(config, simulated.ticks);
+  EXPECT_GT(result.submaps.size(), 5U);
+  EXPECT_LT(final_error_m(result, simulated), 2.0);
 }
 
 TEST(LevelledPipeline, AMissionEndsOnce) {

@@ -121,6 +121,52 @@ TEST(AuvSurvey, StreamsAreIndependent) {
   }
 }
 
+/// Two short dives: two lines of 200 m 30 m apart and one cross line, at 12 m and at 14 m.
+SurveyWorld two_dives() {
+  SurveyWorldConfig lines;
+  lines.lines = 2;
+  lines.line_length_m = 200.0;
+  lines.line_spacing_m = 30.0;
+  lines.cross_lines = 1;
+  lines.dives = 2;
+  return survey_world(lines, 6);
+}
+
+TEST(AuvSurvey, ASecondDiveIsDeeperAfterTheSurface) {
+  const SurveyWorld world = two_dives();
+  // six waypoints a dive, one at the surface between them: 13, so 12 legs, of which that to the run-in is at the surface
+  ASSERT_EQ(world.waypoints.size(), 13U);
+  ASSERT_EQ(world.dives.size(), 12U);
+  EXPECT_EQ(world.dives[4], 0);
+  EXPECT_FALSE(world.dives[5].has_value());
+  EXPECT_EQ(world.dives[6], 1);
+  AuvSimulationConfig config;
+  config.dive_step_m = 2.0;
+  config.depth_gain_rad_m = 0.3;
+  const SimulatedSurvey survey = simulate_survey(world, config, 6);
+  double shallowest_m = 12.0;
+  std::size_t at_surface = 0;
+  for (std::size_t i = 0; i < survey.truth.size(); ++i) {
+    const double depth_m = survey.truth[i].world_T_vehicle.translation.z();
+    if (depth_m < shallowest_m) at_surface = i;
+    shallowest_m = std::min(shallowest_m, depth_m);
+  }
+  EXPECT_NEAR(shallowest_m, config.surface_depth_m, 0.5);
+  EXPECT_NEAR(survey.truth[at_surface / 2].world_T_vehicle.translation.z(), 12.0, 1.0);
+  EXPECT_NEAR(survey.truth.back().world_T_vehicle.translation.z(), 14.0, 1.0);
+}
+
+TEST(AuvSurvey, EndsAfterItsDuration) {
+  AuvSimulationConfig config;
+  config.duration_s = 60.0;
+  const SimulatedSurvey cut = simulate_survey(two_dives(), config, 6);
+  EXPECT_NEAR(cut.truth.back().time_s, 60.0, 1e-9);
+  config.duration_s = 61.0;
+  const SimulatedSurvey longer = simulate_survey(two_dives(), config, 6);
+  for (std::size_t i = 0; i < cut.truth.size(); ++i)
+    EXPECT_EQ(cut.truth[i].world_T_vehicle.vector(), longer.truth[i].world_T_vehicle.vector());
+}
+
 TEST(AuvSurvey, SaysWhatItCannotSimulate) {
   AuvSimulationConfig config;
   config.step_s = 0.0;
@@ -130,6 +176,9 @@ TEST(AuvSurvey, SaysWhatItCannotSimulate) {
   EXPECT_THROW((void)simulate_survey(survey_world({}, 1), config, 1), InvalidArgument);
   SurveyWorld world = survey_world({}, 1);
   world.ids.pop_back();
+  EXPECT_THROW((void)simulate_survey(world, {}, 1), InvalidArgument);
+  world = survey_world({}, 1);
+  world.dives.pop_back();
   EXPECT_THROW((void)simulate_survey(world, {}, 1), InvalidArgument);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/survey/object_centre.hpp"
 
 namespace ssjs {
 namespace {
@@ -63,12 +64,14 @@ TEST(ContactTest, SS17_HeightOfADrawnShadow) {
     EXPECT_NEAR(*contact->height_m, 1.0, 0.03);  // a column is 10 cm: 5 m * 0.1 / 20 for each edge
     EXPECT_NEAR(contact->shadow_m, 20.0 - start_m, 0.1);
     EXPECT_FALSE(contact->shadow_is_cut);
-    EXPECT_EQ(contact->ping, 110U);
-    EXPECT_EQ(contact->index, 1010U);
+    // (SS-33) rows 8 .. 13: their middle lies half-way between two pings, 0.2 m apart; the later one is abeam and the object behind it
+    EXPECT_EQ(contact->ping, 111U);
+    EXPECT_EQ(contact->index, 1011U);
+    EXPECT_NEAR(contact->body_p_contact.position_m.x(), -0.1, 1e-9);
     EXPECT_EQ(contact->side, side);
-    // (SS-18) the middle between 14.5 m and the start of the shadow, both heard 0.5 m above the ground on average
-    const double slant = std::hypot(0.5 * (14.5 + start_m), 5.0);
-    EXPECT_NEAR(contact->ground_range_m, std::sqrt(slant * slant - 4.5 * 4.5), 0.05);
+    // (SS-18) between the echo's first column and the last before the shadow
+    const auto slant = [](double ground_m) { return std::hypot(ground_m, 5.0); };
+    EXPECT_NEAR(contact->ground_range_m, centre_of_object({5, slant(14.5), slant(start_m), slant(20)}).ground_range_m, 0.05);
     EXPECT_NEAR(contact->body_p_contact.position_m.y(), starboard_sign(side) * contact->ground_range_m, 1e-9);
     EXPECT_NEAR(contact->body_p_contact.position_m.z(), 5, 1e-9);
     EXPECT_NEAR(contact->sample, contact->slant_range_m / 0.05, 1e-6);
@@ -76,6 +79,34 @@ TEST(ContactTest, SS17_HeightOfADrawnShadow) {
     EXPECT_GT(contact->confidence, 0.7);
     EXPECT_GT(contact->body_p_contact.covariance_m2.diagonal().minCoeff(), 0);
   }
+}
+
+TEST(ContactTest, SS33_AnObjectAskewIsMeasuredInItsOwnDirection) {
+  // Each row lies 0.2 m farther out than the one before: in every row 1 m of echo and 3 m of shadow.
+  Drawn drawn;
+  for (int row = 0; row < 7; ++row) {
+    const double near_m = 14 + 0.2 * row;
+    drawn.draw(SonarSide::kStarboard, 7 + row, 1, near_m, near_m + 1, 200);
+    drawn.draw(SonarSide::kStarboard, 7 + row, 1, near_m + 1, near_m + 4, 5);
+  }
+  const auto contact = measure_contact(drawn.picture(), drawn.box(SonarSide::kStarboard, 7, 7, 14, 16.2), {}, {});
+  ASSERT_TRUE(contact);
+  EXPECT_EQ(contact->index, 1010U);  // the middle row, whose echo begins at 14.6 m
+  EXPECT_NEAR(contact->body_p_contact.position_m.x(), 0, 1e-9);
+  EXPECT_NEAR(contact->shadow_m, 3.0, 0.1);
+  const auto slant = [](double ground_m) { return std::hypot(ground_m, 5.0); };
+  EXPECT_NEAR(contact->ground_range_m, centre_of_object({5, slant(14.6), slant(15.6), slant(18.6)}).ground_range_m, 0.05);
+}
+
+TEST(ContactTest, ADarkColumnInTheEchoDoesNotEndIt) {
+  Drawn drawn;
+  drawn.draw(SonarSide::kPort, 8, 5, 14, 15.5, 160);
+  drawn.draw(SonarSide::kPort, 8, 5, 14.5, 14.6, 60);
+  drawn.draw(SonarSide::kPort, 8, 5, 15.5, 19, 5);
+  const auto whole = measure_contact(drawn.picture(), drawn.box(SonarSide::kPort, 8, 5, 14, 15.5), {}, {});
+  ASSERT_TRUE(whole);
+  const auto slant = [](double ground_m) { return std::hypot(ground_m, 5.0); };
+  EXPECT_NEAR(whole->ground_range_m, centre_of_object({5, slant(14), slant(15.5), slant(19)}).ground_range_m, 0.05);
 }
 
 TEST(ContactTest, NoShadowNoContactAndACutShadowSaysSo) {

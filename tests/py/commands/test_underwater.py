@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ssjs_cli.app import main
+from ssjs_cli.config import METHOD_KEY, UNDERWATER, field_descriptions
 from ssjs_cli.formats.mission import BodyPoints, Geodetic, Mission, read_mission, write_mission
 from ssjs_cli.formats.navigation import Attitude, Scalars, UnderwaterNavigation
 from ssjs_cli.formats.run_directory import read_estimate
@@ -16,7 +17,7 @@ from ssjs_cli.formats.tum import read_tum
 SAME_BYTES = ("trajectory.tum", "trajectory_covariance.csv", "landmarks.csv", "contacts.csv", "submaps.json", "graph.g2o", "config.toml")
 
 
-def run(*arguments: str | Path) -> int:
+def run(*arguments: str | Path | int) -> int:
     with pytest.raises(SystemExit) as ended:
         main([str(argument) for argument in arguments])
     return int(ended.value.code or 0)
@@ -90,9 +91,68 @@ def test_what_is_for_odometry_is_refused(flag: str, survey: Path, tmp_path: Path
     assert f"{flag}: is for vehicles with odometry" in capfd.readouterr().err
 
 
-def test_other_methods_are_named(survey: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run("run", survey, "--out", tmp_path / "r", "--method", "lmj") == 2
-    assert "must be one of ssjs, ekf" in capfd.readouterr().err
+@pytest.mark.parametrize("method", ["cis", "cekf", "aekf"])
+def test_methods_of_the_plane_alone_are_refused(method: str, survey: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for command in (["run", survey, "--method", method], ["compare", survey, "--methods", f"ssjs,{method}"]):
+        assert run(*command, "--out", tmp_path / "r") == 2
+        said = capfd.readouterr().err
+        assert f"'{method}' is defined for odometry in the plane" in said and "the methods here are ssjs, ekf, lmj" in said
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_joining_method_of_the_plane_answers_in_six_degrees_of_freedom(survey: Path, tmp_path: Path) -> None:
+    assert run("run", survey, "--out", tmp_path / "r", "--method", "dcs", "--association", "known") == 0
+    summary = json.loads((tmp_path / "r" / "summary.json").read_text())
+    assert summary["trajectory_rmse_m"] < 0.6 * summary["dead_reckoning_rmse_m"]
+    assert summary["fusions"] == summary["submaps"] - 1
+    assert summary["inside_3_sigma_fraction"] > 0.95
+    track = read_tum(tmp_path / "r" / "trajectory.tum")
+    assert track.space is not None and abs(float(np.median(track.space[:, 0])) - 12.0) < 0.5
+    header, first = (tmp_path / "r" / "trajectory_covariance.csv").read_text().splitlines()[:2]
+    assert len(header.split(",")) == len(first.split(",")) == 22
+    rows = np.genfromtxt(tmp_path / "r" / "landmarks.csv", delimiter=",", names=True)
+    assert np.abs(rows["z_m"] - 16.0).max() < 1.5 and (rows["var_zz"] > 0.0).all()
+    assert (tmp_path / "r" / "report.html").is_file()
+
+
+def test_every_method_that_is_defined_is_compared(survey: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("compare", survey, "--association", "known", "--out", tmp_path / "c", "--json") == 0
+    rows = {row["method"]: row for row in json.loads(capfd.readouterr().out)["methods"]}
+    assert tuple(rows) == field_descriptions(UNDERWATER)[METHOD_KEY].choices
+    assert all(row["reason"] is None for row in rows.values())
+    for method in ("ssjs", "ekf", "lmj", "dcs", "hs", "clsf", "ssjs-fused"):
+        assert rows[method]["inside_3_sigma_fraction"] > 0.95, method
+    # a heading that is taken for exact is not
+    assert rows["ssjs-naive-heading"]["inside_3_sigma_fraction"] < 0.6
+    assert rows["ssjs-naive-heading"]["nees_position_per_dof"] > 10.0
+    assert (tmp_path / "c" / "report.html").is_file()
+
+
+def test_a_survey_is_swept_over_the_length_of_its_submaps(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    command = ["sweep", "auv-survey", "--submap-size", "400,100", "--methods", "ssjs", "--runs", 1, "--association", "known", "--json"]
+    assert run(*command, "--out", tmp_path / "s") == 0
+    document = json.loads(capfd.readouterr().out)
+    assert document["submap_sizes"] == [100.0, 400.0] and document["fusion_thresholds"] == [0.3]
+    short, long = document["cells"]
+    # 1.2 km: twelve or thirteen maps of 100 m, three or four of 400 m
+    assert 11 <= short["submaps"] <= 14 and 3 <= long["submaps"] <= 5
+    assert short["inside_3_sigma_fraction"] > 0.95
+    before = (tmp_path / "s" / "sweep.json").read_bytes()
+    assert run(*command, "--out", tmp_path / "s") == 0
+    assert (tmp_path / "s" / "sweep.json").read_bytes() == before
+
+
+def test_a_study_finds_the_contacts_of_simulated_pictures(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    command = ["consistency", "side-scan-survey", "--runs", 1, "--methods", "ssjs,lmj", "--jobs", 1, "--json"]
+    assert run(*command, "--out", tmp_path / "s") == 0
+    for row in json.loads(capfd.readouterr().out)["runs"]:
+        assert row["reason"] is None
+        assert row["trajectory_rmse_m"] < 1.5 and row["map_error_mean_m"] < 2.0
+
+
+def test_the_weakly_known_heading_is_a_mission_of_its_own(tmp_path: Path) -> None:
+    assert run("simulate", "auv-survey-weak-heading", "--seed", 2, "--out", tmp_path / "m") == 0
+    assert read_mission(tmp_path / "m").settings == {"motion": {"gyro_sigma_rad_s": np.deg2rad(4.0)}, "compass_use": "none"}
 
 
 def test_the_settings_are_described(capfd: pytest.CaptureFixture[str]) -> None:

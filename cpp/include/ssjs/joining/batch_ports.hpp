@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@ class BatchPorts final : public PortLevel {
   void introduce(const PortMap& map, const std::vector<Port>& ports) override;
   void tie(const PortMap& map, const std::vector<Port>& ports) override;
   void drift(int from, double variance) override;
+  void merge_landmarks(int keep, int gone) override;
   /// Steps are halved while they do not reduce the cost; it ends where a step promises less than 1e-12 of half chi-squared.
   void settle() override;
   void adjust() override { settle(); }
@@ -30,9 +32,9 @@ class BatchPorts final : public PortLevel {
 
   /// Start of the next settle().
   void set_values(const PortValues& values);
-  /// Whether the unknown has no free coordinate (base 0 of a world that is not aligned to north).
+  /// Whether the unknown has no free coordinate (base 0 of a world that is not aligned to north; a landmark that is another by now).
   [[nodiscard]] bool is_fixed(const Unknown& unknown) const { return slot(unknown) < 0; }
-  [[nodiscard]] std::vector<Unknown> unknowns() const;              ///< bases, offsets, landmarks
+  [[nodiscard]] std::vector<Unknown> unknowns() const;              ///< bases, offsets, living landmarks
   [[nodiscard]] double chi_squared() const { return 2.0 * cost_; }  ///< of the last settle()
 
  private:
@@ -46,6 +48,7 @@ class BatchPorts final : public PortLevel {
     double variance;
   };
   void set_factor(const PortMap& map, const std::vector<Port>& more);
+  void count_landmarks();
   void analyse();
   double linearize();
   void factorize();
@@ -56,7 +59,9 @@ class BatchPorts final : public PortLevel {
   [[nodiscard]] const Eigen::MatrixXd& columns_of(const Unknown& unknown) const;
 
   PortValues values_;
-  std::map<int, Factor> factors_;  ///< by base
+  std::set<int> merged_;              ///< landmarks that are another by now
+  std::vector<int> landmark_places_;  ///< among the others; negative: merged
+  std::map<int, Factor> factors_;     ///< by base
   std::vector<Drift> drifts_;
   std::optional<OffsetPrior> prior_;
   SparseCholesky hessian_;

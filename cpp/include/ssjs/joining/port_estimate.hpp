@@ -13,8 +13,13 @@ namespace ssjs {
 struct SurveyLandmark {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world frame, m; z depth
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  MapLandmark landmark;   ///< of all maps that saw it
-  std::vector<int> maps;  ///< that saw it, ascending; a landmark of one map alone was never met again
+  MapLandmark landmark;          ///< of all maps that saw it
+  std::vector<int> maps;         ///< that saw it, ascending; a landmark of one map alone was never met again
+  std::vector<double> seen_s{};  ///< by whichever map, ascending; empty where the maps do not remember
+  // What judge_existence() makes of that (P-22); until then nothing speaks against the landmark.
+  int passes_seen = 0, passes_expected = 0;
+  double existence = 1.0;
+  bool confirmed = true;
 };
 
 /// Every landmark of every map once: first the shared ones in the order of their unknowns, then the others map by map. (P-13)
@@ -28,6 +33,6 @@ struct SurveyStep {
 };
 
 /// The steps of one map, corrected by all that the survey knows of its ports. (P-14, P-15)
-[[nodiscard]] std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortLevel& level);
+[[nodiscard]] std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortKnowledge& level);
 
 }  // namespace ssjs

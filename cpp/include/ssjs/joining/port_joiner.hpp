@@ -12,6 +12,7 @@
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/joining/map_joiner.hpp"
 #include "ssjs/joining/port_association.hpp"
+#include "ssjs/joining/port_duplicates.hpp"
 #include "ssjs/joining/port_level.hpp"
 #include "ssjs/mapping/scan_association.hpp"
 
@@ -27,6 +28,7 @@ struct PortJoinerConfig {
   double joint_gate_probability = 0.95;
   int node_budget = 1500;
   double max_chance_odds = 0.3;
+  double duplicate_probability = DuplicateConfig{}.duplicate_probability;
   std::optional<double> north_offset_rad;
   double north_offset_sigma_rad = 0.05;
   double offset_drift_rad_per_sqrt_s = 0.0;
@@ -41,6 +43,8 @@ struct PortJoinerConfig {
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one map");
     v.field("max_chance_odds", max_chance_odds, Rule::positive(),
             "a pair is refused when, given the other pairs, it is so likely to be a foreign landmark, relative to the same one");
+    v.field("duplicate_probability", duplicate_probability, Rule{0, 1, false, true},
+            "how likely a landmark is to be known a second time, under another number; such pairs are merged; 0: nothing is merged");
     v.field(
         "north_offset_rad", north_offset_rad, Rule::any(),
         "aligns the world to north: the expected compass reading minus the true heading (minus the declination); without it the world is "
@@ -58,7 +62,7 @@ class PortJoiner {
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
   JoinReport take(LevelledSubmap submap);
-  /// Gauss-Newton over everything: the best estimate there is.
+  /// Gauss-Newton over everything: the best estimate there is. Landmarks that are known twice by now are merged.
   void finish();
 
   [[nodiscard]] const std::deque<PortMap>& maps() const { return maps_; }
@@ -66,12 +70,16 @@ class PortJoiner {
   [[nodiscard]] GaussianSe2 global_T_newest_base() const;
   /// Borders at which the compass offset was not what the map before had: it jumped, or its first reading in the map was wrong.
   [[nodiscard]] int compass_jumps() const { return compass_jumps_; }
+  /// Landmarks that were found to be another one, and how many of those differ in their source identities, where both are known.
+  [[nodiscard]] int merged() const { return merged_; }
+  [[nodiscard]] int wrongly_merged() const { return wrongly_merged_; }
 
  private:
   /// Landmarks of one map around their centroid, base frame.
   struct Extent {
     Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
     double radius_m = 0.0;
+    double reach_m = 0.0;  ///< within which they may be: three standard deviations of each further
   };
   /// Landmark `own` of the map in question is landmark `other` of another.
   struct Match {
@@ -89,6 +97,8 @@ class PortJoiner {
   [[nodiscard]] std::vector<Match> match_by_identity(int newest) const;
   JoinReport pair_with(int observer, const std::vector<int>& others, bool only_ports);
   void join(int observer, const std::vector<Match>& matches);
+  void merge_duplicates(const std::vector<int>& among);
+  void merge(const Duplicate& duplicate);
   [[nodiscard]] double density_around(int observer, const std::vector<Sighting>& predicted) const;
 
   PortJoinerConfig config_;
@@ -102,6 +112,7 @@ class PortJoiner {
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
+  int merged_ = 0, wrongly_merged_ = 0;
 };
 
 }  // namespace ssjs

@@ -1,12 +1,12 @@
 /// The global level of a survey: bases, compass offsets and landmarks that several levelled maps share. Every map is a factor over its
-/// ports. docs/math/ports.md (P-4, P-6..P-9).
+/// ports. docs/math/ports.md (P-4, P-6..P-9, P-19).
 #pragma once
 
 #include <Eigen/Core>
 #include <optional>
 #include <vector>
 
-#include "ssjs/joining/port_map.hpp"
+#include "ssjs/joining/port_knowledge.hpp"
 
 namespace ssjs {
 
@@ -19,13 +19,8 @@ struct OffsetPrior {
 /// Base 0 stands at the origin. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then the world's x axis is
 /// where the prior's headings start from, north. Two implementations: BatchPorts and RecursivePorts. Both take the same calls in the same
 /// order, an unknown's index being the next of its kind; the caller puts the ports into the map AFTER the call.
-class PortLevel {
+class PortLevel : public PortKnowledge {
  public:
-  PortLevel() = default;
-  PortLevel(const PortLevel&) = delete;
-  PortLevel& operator=(const PortLevel&) = delete;
-  virtual ~PortLevel() = default;
-
   /// North-aligned world: offset 0 has this prior, and base 0 its heading from the compass entry (`row`) of map 0. Before anything else.
   virtual void align_to_north(const PortMap& map, Eigen::Index row, const OffsetPrior& prior) = 0;
   /// Each port's unknown is new and gets its value from the map (P-7). All together, so that cross terms are kept.
@@ -34,14 +29,13 @@ class PortLevel {
   virtual void tie(const PortMap& map, const std::vector<Port>& ports) = 0;
   /// A new offset: that of index `from` plus a random walk of this variance (P-4).
   virtual void drift(int from, double variance) = 0;
+  /// Two landmarks are one (P-19): what the maps say of `gone` they say of `keep` from now on. `gone` keeps its index, is held fixed and
+  /// is not to be asked for. The caller renames the ports of the maps AFTER the call.
+  virtual void merge_landmarks(int keep, int gone) = 0;
   /// Best estimate of all that was told so far; covariance() and values() answer for it.
   virtual void settle() = 0;
   /// Gauss-Newton over everything, whatever the implementation.
   virtual void adjust() = 0;
-
-  [[nodiscard]] virtual const PortValues& values() const = 0;
-  /// Joint covariance, rows_of(kind) rows an unknown (additive coordinates); zero where an unknown is held fixed.
-  [[nodiscard]] virtual Eigen::MatrixXd covariance(const std::vector<Unknown>& unknowns) const = 0;
 };
 
 /// Appends to `values` what `map` says of the ports' unknowns, which are the next of their kinds (P-7).

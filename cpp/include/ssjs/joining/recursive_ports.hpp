@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "ssjs/joining/batch_ports.hpp"
@@ -21,6 +22,7 @@ class RecursivePorts final : public PortLevel {
   void introduce(const PortMap& map, const std::vector<Port>& ports) override;
   void tie(const PortMap& map, const std::vector<Port>& ports) override;
   void drift(int from, double variance) override;
+  void merge_landmarks(int keep, int gone) override;
   void settle() override;
   void adjust() override;  ///< (P-9)
 
@@ -38,7 +40,7 @@ class RecursivePorts final : public PortLevel {
                                            const std::vector<Eigen::Index>& columns) const;
   /// New rows y = J x + n, n ~ N(0, noise), at the end of the state.
   void augment(const std::vector<Unknown>& unknowns, const Eigen::MatrixXd& J, const Eigen::MatrixXd& noise);
-  void update(const Eigen::VectorXd& residual, const Eigen::MatrixXd& H, const Eigen::MatrixXd& noise, const PortMap& map);
+  void update(const Eigen::VectorXd& residual, const Eigen::MatrixXd& H, const Eigen::MatrixXd& noise, const std::string& name);
 
   double relinearize_heading_rad_;
   BatchPorts factors_;  ///< what relinearisation starts from

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,7 @@ class LevelledBuilder {
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] double map_start_s() const { return start_time_s_; }
   [[nodiscard]] bool offset_known() const { return offset_known_; }  ///< the compass has spoken in this map
+  [[nodiscard]] const std::optional<Eigen::Vector3d>& gyro_rad_s() const { return gyro_rad_s_; }  ///< the last sample
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
 
  private:
@@ -81,15 +83,18 @@ class LevelledBuilder {
   LevelledFilter filter_;
   LevelledJournal journal_;
   std::vector<MapLandmark> landmarks_;
+  std::vector<std::vector<double>> seen_s_;  ///< of each landmark
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
   std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
   double gyro_time_s_ = 0.0;
+  double compass_time_s_ = -std::numeric_limits<double>::infinity();
   std::array<bool, kNavigationSensors> met_{};  ///< heard in this map
   int index_ = 0;
   bool started_ = false;
   double start_time_s_ = 0.0, time_s_ = 0.0;
   double last_step_s_ = 0.0;
   double distance_m_ = 0.0;
+  double shortened_m_ = 0.0;  ///< of it that an uncertain heading may have taken (A-25)
   bool offset_known_ = false;
   // compass kept out of the filter
   int mean_samples_ = 0;

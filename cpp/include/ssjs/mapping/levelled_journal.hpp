@@ -1,8 +1,10 @@
-/// Remembers what the filter of a levelled map did, so that past poses can be conditioned on the exit of the map: the recursion of
-/// TrajectoryJournal with full blocks for the vehicle. docs/math/submaps.md (C-3, C-4), auv.md.
+/// Remembers what the filter of a levelled map did, so that past poses know all that the map measured after them, and can be conditioned
+/// on its exit. docs/math/submaps.md (C-3, C-4), auv.md, [bierman1973].
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <deque>
 #include <vector>
 
 #include "ssjs/filter/levelled_filter.hpp"
@@ -12,8 +14,12 @@ namespace ssjs {
 
 class LevelledJournal final : public LevelledFilterWatcher {
  public:
-  /// Without conditions, steps stay as filtered (a gain of zero on the exit) and nothing else is remembered.
-  explicit LevelledJournal(bool conditions = true) : conditions_(conditions) {}
+  static constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+
+  /// Without conditions, steps stay as filtered (a gain of zero on the exit) and nothing else is remembered. The same becomes of the
+  /// oldest steps of a map for which `most_bytes` do not suffice: hours in one map.
+  explicit LevelledJournal(bool conditions = true, std::size_t most_bytes = kMostBytes)
+      : conditions_(conditions), most_bytes_(most_bytes) {}
 
   void clear();
 
@@ -25,7 +31,8 @@ class LevelledJournal final : public LevelledFilterWatcher {
   /// The present pose becomes a step of the trajectory.
   void step(double time_s, const LevelledFilter& filter);
 
-  /// Hands the steps over with their gain on these entries of the filter's present state. The journal is empty then.
+  /// Hands the steps over, smoothed, with their gain on these entries of the filter's present state. The journal is empty
+  /// then.
   [[nodiscard]] std::vector<LevelledStep> take_steps(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit);
 
  private:
@@ -39,10 +46,14 @@ class LevelledJournal final : public LevelledFilterWatcher {
   };
 
   Entry& push(Kind kind);
+  void limit();
+  [[nodiscard]] static std::size_t bytes_of(const Entry& entry);
   [[nodiscard]] std::vector<LevelledStep> take();
 
   bool conditions_;
-  std::vector<Entry> entries_;
+  std::size_t most_bytes_;
+  std::size_t bytes_ = 0;      ///< of the entries
+  std::deque<Entry> entries_;  ///< without those that were forgotten
   std::vector<LevelledStep> steps_;
   VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry
 };

@@ -31,7 +31,7 @@ struct CompassMean {
 /// base_T_vehicle + gain * (x - mean), yaw wrapped, with conditional_covariance. (P-14)
 struct LevelledStep {
   double time_s = 0.0;
-  Eigen::Matrix<double, 6, 1> base_T_vehicle = Eigen::Matrix<double, 6, 1>::Zero();  ///< the filter's estimate at that time
+  Eigen::Matrix<double, 6, 1> base_T_vehicle = Eigen::Matrix<double, 6, 1>::Zero();  ///< by all that the map measured (A-24)
   Matrix6d covariance = Matrix6d::Zero();                                            ///< of that estimate
   Eigen::Matrix<double, 6, Eigen::Dynamic> gain;                                     ///< at least 3 columns, at most the whole state
   Matrix6d conditional_covariance = Matrix6d::Zero();
@@ -51,8 +51,9 @@ struct LevelledSubmap {
   std::optional<CompassMean> compass_mean;  ///< only with kNone
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;
-  std::vector<MapLandmark> landmarks;  ///< in the order of the state
-  std::vector<LevelledStep> steps;     ///< ascending time
+  std::vector<MapLandmark> landmarks;         ///< in the order of the state
+  std::vector<std::vector<double>> seen_s{};  ///< when each landmark was, ascending; empty where nobody remembers
+  std::vector<LevelledStep> steps;            ///< ascending time
 
   [[nodiscard]] static auto exit() { return Eigen::seqN(0, Eigen::fix<3>); }
   [[nodiscard]] Se2 base_T_exit() const { return Se2::from_vector(mean.head<3>()); }
@@ -60,6 +61,9 @@ struct LevelledSubmap {
     return compass == CompassPorts::kBorders ? 2 : compass == CompassPorts::kConstant ? 1 : 0;
   }
   [[nodiscard]] static Eigen::Index compass_offset() { return 3; }
+  [[nodiscard]] std::vector<double> times_seen_s(Eigen::Index nth) const {
+    return seen_s.empty() ? std::vector<double>{} : seen_s[static_cast<std::size_t>(nth)];
+  }
   [[nodiscard]] Eigen::Index landmark_count() const { return static_cast<Eigen::Index>(landmarks.size()); }
   [[nodiscard]] Eigen::Index landmark_offset(Eigen::Index nth) const { return 3 + compass_rows() + 3 * nth; }
   [[nodiscard]] auto landmark(Eigen::Index nth) const { return Eigen::seqN(landmark_offset(nth), Eigen::fix<3>); }

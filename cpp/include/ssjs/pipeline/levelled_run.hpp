@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "ssjs/base/progress.hpp"
@@ -25,21 +26,26 @@ struct LevelledResult {
   std::vector<LoopAttempt> loops;
   std::vector<LevelledSubmap> submaps;  ///< without their steps
   std::vector<GaussianSe2> global_T_base;
-  Eigen::MatrixXd base_covariance;  ///< of all bases, 3 each; empty in a long mission
-  std::vector<SurveyLandmark> landmarks;
+  Eigen::MatrixXd base_covariance;        ///< of all bases, 3 each; empty in a long mission
+  std::vector<SurveyLandmark> landmarks;  ///< confirmed ones and others
+  ExistenceModel existence{};             ///< learnt on the way
+  std::vector<LiveMapEstimate> live_maps;
   std::array<SensorStatistics, kNavigationSensors> sensors{};
 
   int ticks = 0, observations = 0, refused = 0, scan_wrong_pairs = 0;
-  int loop_candidates = 0, loop_closures = 0, map_wrong_pairs = 0;
+  int loop_candidates = 0, loop_closures = 0, fusions = 0, map_wrong_pairs = 0;
+  double fusion_chi_squared = 0.0;  ///< of what was joined, with fusion_dof degrees of freedom
+  int fusion_dof = 0;
   bool map_identities_known = false;
   int budget_exhausted = 0;
   int compass_jumps = 0;
+  int merged = 0;  ///< landmarks that were known twice
 
   double time_total_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
 };
 
 /// Ticks in the order of time; progress as in run_mission().
 [[nodiscard]] LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vector<NavigationTick>& ticks,
-                                                  const ProgressSink& progress = {});
+                                                  const ProgressSink& progress = {}, std::uint64_t seed = 1);
 
 }  // namespace ssjs

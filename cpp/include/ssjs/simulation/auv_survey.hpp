@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
@@ -18,15 +19,18 @@ struct SurveyWorld {
   Eigen::Matrix3Xd landmarks_m;            ///< 3xn
   std::vector<std::int64_t> ids;           ///< n
   std::vector<Eigen::Vector2d> waypoints;  ///< the vehicle starts at the first, heading to the second
+  std::vector<std::optional<int>> dives;   ///< of the leg after each waypoint: 0 the first; none at the surface. Empty: one dive
 };
 
-/// `count` points (at least 0) spread evenly over a rectangle about the lines.
+/// `landmarks` points spread evenly over a rectangle about the lines.
 struct SurveyWorldConfig {
   int lines = 5;
   double line_length_m = 120.0;
   double line_spacing_m = 20.0;
   int cross_lines = 3;
   double cross_margin_m = 10.0;  ///< cross lines begin and end so far outside the lines
+  int dives = 1;                 ///< the lines and cross lines are driven in each; from one to the next at the surface
+  double run_in_m = 60.0;        ///< the vehicle dives again so far before the first line
   int landmarks = 60;
   double landmark_margin_m = 25.0;  ///< landmarks lie up to so far outside the lines
   double seabed_depth_m = 16.0;
@@ -38,6 +42,8 @@ struct SurveyWorldConfig {
     v.field("line_spacing_m", line_spacing_m, Rule::positive(), "between two lines");
     v.field("cross_lines", cross_lines, Rule::not_negative(), "lines across them, afterwards");
     v.field("cross_margin_m", cross_margin_m, Rule::not_negative(), "cross lines begin and end so far outside the lines");
+    v.field("dives", dives, Rule::at_least(1), "times that all lines are driven; from one to the next at the surface");
+    v.field("run_in_m", run_in_m, Rule::positive(), "the vehicle dives again so far before the first line");
     v.field("landmarks", landmarks, Rule::not_negative(), "points on the seabed");
     v.field("landmark_margin_m", landmark_margin_m, Rule::not_negative(), "landmarks lie up to so far outside the lines");
     v.field("seabed_depth_m", seabed_depth_m, Rule::positive(), "mean depth of the seabed");
@@ -72,6 +78,10 @@ struct AuvSimulationConfig {
   int phase_steps = 0;  ///< altitude, depth and compass come so many steps after the velocity log
   double speed_m_s = 1.5;
   double depth_m = 12.0;
+  double dive_step_m = 0.0;                ///< each dive of the survey is so much deeper than the one before
+  double surface_depth_m = 0.5;            ///< between two dives
+  double depth_gain_rad_m = 0.05;          ///< of the elevators: pitch aimed at for a metre off its depth
+  std::optional<double> duration_s;        ///< the mission ends after so long, wherever the vehicle is
   double velocity_time_constant_s = 20.0;  ///< the velocity's walk is pulled back to the speed within about this
   double seabed_time_constant_s = 60.0;    ///< the same for the seabed's depth
   double compass_offset_rad = 0.7;         ///< at the start; walks with motion.compass_walk_rad_sqrt_s
@@ -106,7 +116,11 @@ struct AuvSimulationConfig {
     v.field("steps_per_altitude", steps_per_altitude, Rule::at_least(1), "a sample every so many steps");
     v.field("phase_steps", phase_steps, Rule::not_negative(), "altitude, depth and compass come so many steps after the velocity log");
     v.field("speed_m_s", speed_m_s, Rule::positive(), "through the survey");
-    v.field("depth_m", depth_m, Rule::not_negative(), "of the vehicle");
+    v.field("depth_m", depth_m, Rule::not_negative(), "of the vehicle in its first dive");
+    v.field("dive_step_m", dive_step_m, Rule::any(), "each dive is so much deeper than the one before");
+    v.field("surface_depth_m", surface_depth_m, Rule::not_negative(), "of the vehicle between two dives");
+    v.field("depth_gain_rad_m", depth_gain_rad_m, Rule::positive(), "pitch that the vehicle aims at for a metre off its depth");
+    v.field("duration_s", duration_s, Rule::positive(), "the mission ends after so long, wherever the vehicle is");
     v.field("velocity_time_constant_s", velocity_time_constant_s, Rule::positive(), "the velocity returns to the speed within about this");
     v.field("seabed_time_constant_s", seabed_time_constant_s, Rule::positive(), "the seabed returns to its mean depth within about this");
     v.field("compass_offset_rad", compass_offset_rad, Rule::any(), "reading minus heading at the start");

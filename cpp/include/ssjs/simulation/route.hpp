@@ -20,8 +20,10 @@ class Route {
   /// Arc length of the point nearest to p among those from arc_m to arc_m + window_m.
   [[nodiscard]] double nearest_ahead(const Eigen::Vector2d& p, double arc_m, double window_m) const;
 
+  /// The leg that starts at this waypoint.
+  [[nodiscard]] std::size_t leg_at(double arc_m) const;
+
  private:
-  [[nodiscard]] std::size_t segment_at(double arc_m) const;
   [[nodiscard]] Eigen::Vector2d direction(std::size_t i) const { return (points_[i + 1] - points_[i]) / (start_m_[i + 1] - start_m_[i]); }
 
   std::vector<Eigen::Vector2d> points_;

@@ -23,6 +23,7 @@ struct SideScanMissionConfig {
   int objects = 60;
   double clearance_m = 6.0;
   double ping_interval_s = 0.143;
+  std::optional<double> max_altitude_m;  ///< the sonar is off while the vehicle measures more, such as at the surface
   template <class Visitor>
   void visit(Visitor& v) {
     v.section("lines", lines, "the lines; objects lie where its landmarks would");
@@ -32,6 +33,7 @@ struct SideScanMissionConfig {
     v.field("objects", objects, Rule::not_negative(), "objects on the seabed");
     v.field("clearance_m", clearance_m, Rule::not_negative(), "least distance between two of them");
     v.field("ping_interval_s", ping_interval_s, Rule::positive(), "between two pings");
+    v.field("max_altitude_m", max_altitude_m, Rule::positive(), "the sonar is off while the vehicle is higher above the seabed");
   }
 
   /// As deep as the landmarks of `SurveyWorldConfig`.
@@ -54,15 +56,18 @@ class SideScanMission {
   [[nodiscard]] std::optional<SideScanPing> next_ping();
   /// Objects that came abeam of the last ping.
   [[nodiscard]] const std::vector<ObjectSighting>& sightings() const { return simulator_.sightings(); }
+  /// Where the sonar truly is at that time, which must not lie after the mission's end.
+  [[nodiscard]] SonarPose pose_at(double time_s) const;
 
  private:
-  [[nodiscard]] SonarPose pose_at(double time_s) const;
   void update_navigation(double time_s);
+  [[nodiscard]] bool sonar_is_off() const;
 
   SideScanSimulator simulator_;
   SimulatedSurvey survey_;
   double ping_interval_s_;
-  std::size_t pings_ = 0;
+  std::optional<double> max_altitude_m_;
+  std::size_t triggers_ = 0;   ///< times at which a ping was due
   std::size_t next_tick_ = 0;  ///< the first that is not yet in `measured_`
   SideScanPing measured_;      ///< the navigation alone
 };

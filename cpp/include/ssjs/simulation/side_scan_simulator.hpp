@@ -74,6 +74,9 @@ class SideScanSimulator {
   /// The next ping, with the true navigation, port before starboard. Numbers count from 0.
   [[nodiscard]] SideScanPing ping(const SonarPose& pose);
 
+  /// The sonar is switched off until the next ping: what passes meanwhile is not seen.
+  void pause() { last_pose_.reset(); }
+
   /// Objects that came abeam within range between the last two pings, in the order of the seabed's. Assigned to the nearer of the two.
   [[nodiscard]] const std::vector<ObjectSighting>& sightings() const { return sightings_; }
 

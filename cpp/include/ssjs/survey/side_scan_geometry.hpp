@@ -30,7 +30,7 @@ struct SideScanGeometryConfig {
   double slope_forward = 0.0;
   double slope_starboard = 0.0;
   double sample_m = 0.06;
-  double range_sigma_m = 0.25;
+  double range_sigma_m = 0.1;
   double altitude_sigma_m = 0.1;
   double roll_sigma_rad = 0.0087;
   double pitch_sigma_rad = 0.0087;

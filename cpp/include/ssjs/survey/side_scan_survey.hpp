@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -83,12 +84,32 @@ struct SideScanSurveyConfig {
   [[nodiscard]] static HighlightShadowConfig default_highlight_shadow();
 };
 
+/// Pings worked on together, in the pictures that the contacts come from.
+struct SurveyBlock {
+  std::vector<SideScanPing> pings;  ///< with their altitudes
+  Waterfall waterfall;              ///< in ground range, turns and the nadir not valid
+  cv::Mat grey;                     ///< CV_8U, gain normalised
+  std::vector<ContactBox> boxes;    ///< what the detector proposes
+};
+
+/// A block whose contacts are complete. Its own pings are core_begin .. core_end - 1; the others are those of its neighbours.
+struct FinishedBlock {
+  const SurveyBlock& block;
+  const std::vector<SideScanContact>& contacts;
+  std::uint64_t first_index;  ///< of the first row, counted from 0 in the order the pings were fed
+  std::uint64_t core_begin;
+  std::uint64_t core_end;
+};
+
+/// Called once a block, in their order: for what wants the pictures too.
+using BlockSink = std::function<void(const FinishedBlock&)>;
+
 /// Holds the pings of one block, whatever the length of the mission.
 class SideScanSurvey {
  public:
   /// `model`: of the detector that needs one. Throws InvalidArgument listing every violation, without a model where one is needed, and for
   /// one that cannot be used (CascadeContacts).
-  explicit SideScanSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& model = std::nullopt);
+  explicit SideScanSurvey(const SideScanSurveyConfig& config, const std::optional<HaarCascade>& model = std::nullopt, BlockSink sink = {});
 
   /// The contacts that are complete with this ping: none until a block is full. Pings come in the order they were sent.
   [[nodiscard]] std::vector<SideScanContact> feed(SideScanPing ping);
@@ -99,18 +120,11 @@ class SideScanSurvey {
   [[nodiscard]] std::vector<SideScanContact> process(std::uint64_t core_end);
 
   SideScanSurveyConfig config_;
+  BlockSink sink_;
   std::optional<CascadeContacts> cascade_;
   std::vector<SideScanPing> pings_;
   std::uint64_t first_index_ = 0;  ///< of pings_.front()
   std::uint64_t core_begin_ = 0;   ///< contacts before it have been given out
-};
-
-/// Pings worked on together, in the pictures that the contacts come from.
-struct SurveyBlock {
-  std::vector<SideScanPing> pings;  ///< with their altitudes
-  Waterfall waterfall;              ///< in ground range, turns and the nadir not valid
-  cv::Mat grey;                     ///< CV_8U, gain normalised
-  std::vector<ContactBox> boxes;    ///< what the detector proposes
 };
 
 /// The work on one block, without joining and cutting at its ends: for pictures and studies. `cascade`: of that detector; without it

@@ -13,6 +13,19 @@
     };
   }
 
+  /** Degrees above and to the right of a map whose mission has a place on earth: at any zoom those of the metres opposite. */
+  function keepDegreesInStep(map) {
+    const degrees = map.layout.meta && map.layout.meta.degrees;
+    if (!degrees) return;
+    const moved = {};
+    for (const name of ["xaxis", "yaxis"]) {
+      const [zero, scale] = degrees[name], metres = map._fullLayout[name].range, shown = map._fullLayout[name + "2"].range;
+      const wanted = metres.map((end) => zero + scale * end), span = Math.abs(wanted[1] - wanted[0]);
+      if (wanted.some((end, i) => Math.abs(end - shown[i]) > 1e-6 * span)) moved[name + "2.range"] = wanted;
+    }
+    if (Object.keys(moved).length) Plotly.relayout(map, moved);
+  }
+
   /** The marks above the plot lie on a sheet as large as it. */
   function fitMarks(map) {
     const marks = byId("replay-marks"), width = map._fullLayout.width, height = map._fullLayout.height;
@@ -234,6 +247,8 @@
       tameWheel(byId("map"));
       fitMarks(byId("map"));
       byId("map").on("plotly_afterplot", () => fitMarks(byId("map")));
+      byId("map").on("plotly_afterplot", () => keepDegreesInStep(byId("map")));
+      keepDegreesInStep(byId("map"));
       byId("map").on("plotly_relayouting", placeFocusNow);
       if (report.replay) createReplay(report.replay);
     })

@@ -1,0 +1,143 @@
+/// SLAM inside the vehicle: feed samples as they come, read pose, covariance and health at any time. The one header of the shared library
+/// ssjs::online and the only interface under an ABI promise: plain structs and fixed arrays, no Eigen, no other header of this project.
+/// docs/embedding.md has the loop, the threads, the timing and the frames.
+///
+/// Frames: x north (or ahead at the start), y to starboard of it, z down; body x forward, y starboard, z down. Roll positive with starboard
+/// down, pitch with the bow up, yaw clockwise. m, rad, s. Covariances row-major, of (x, y, z, roll, pitch, yaw) added to the estimate.
+///
+/// Threads: an Estimator belongs to one thread at a time; two of them share nothing. It starts a short-lived thread whenever a submap is
+/// finished. No global state, no output, no exceptions but from the constructor.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#if defined(_WIN32)
+#define SSJS_ONLINE_API
+#else
+#define SSJS_ONLINE_API __attribute__((visibility("default")))
+#endif
+
+namespace ssjs::online {
+inline namespace v1 {
+
+struct Gyro {
+  double time_s;
+  double rates_rad_s[3];  ///< body axes
+};
+struct Attitude {
+  double time_s, roll_rad, pitch_rad;
+};
+struct Compass {
+  double time_s, heading_rad;
+};
+struct Depth {
+  double time_s, depth_m;
+};
+struct Altitude {
+  double time_s, altitude_m;
+};
+struct Velocity {
+  double time_s;
+  double velocity_m_s[3];  ///< axes of the velocity log
+  bool bottom_lock;        ///< false: not over the ground, never used
+};
+/// A point on the seabed seen from the vehicle.
+struct Sighting {
+  double time_s;
+  double position_m[3];  ///< body frame
+  bool has_covariance;
+  double covariance_m2[9];
+  std::int64_t landmark_id;  ///< where the source knows it, else -1
+};
+
+/// What became of a sample.
+enum class Arrival : std::int32_t {
+  kTaken = 0,
+  kLate = 1,       ///< older than the window: refused
+  kDuplicate = 2,  ///< this sensor has spoken at that very time
+  kNotFinite = 3,
+  kClockJump = 4,  ///< so far ahead that its clock is doubted; believed once others follow
+  kFlood = 5,      ///< more samples than the window holds
+  kFailed = 6,     ///< an error inside or after finish(): see last_error()
+};
+
+struct Pose {
+  double time_s;
+  double x_m, y_m, z_m;
+  double roll_rad, pitch_rad, yaw_rad;
+  double covariance[36];
+};
+
+struct Landmark {
+  double x_m, y_m, z_m;
+  double covariance[9];
+  std::int32_t times_seen;
+  std::int32_t submaps;  ///< that saw it
+};
+
+enum class Health : std::int32_t { kWaiting = 0, kGood = 1, kDegraded = 2, kLost = 3 };
+enum class Sensor : std::int32_t { kAttitude = 0, kCompass = 1, kDepth = 2, kAltitude = 3, kVelocity = 4, kSighting = 5 };
+inline constexpr std::size_t kSensors = 6;
+inline constexpr std::size_t kArrivals = 7;
+
+struct Status {
+  Health health;
+  double position_sigma_m;           ///< larger semi-axis of the horizontal error
+  std::int64_t arrivals[kArrivals];  ///< samples by Arrival
+  double silent_for_s[kSensors];     ///< since the sensor was last used; negative: never heard
+  std::int64_t used[kSensors], refused[kSensors];
+  std::int32_t submaps, landmarks, loop_closures, compass_jumps;
+  std::int32_t waits;  ///< times that feed() had to wait for the thread in the background
+  bool joining;        ///< that thread is at work
+};
+
+/// A setting by its key, as `ssjs-cli config dump --of underwater` lists them, and its value as text.
+struct Setting {
+  const char* key;
+  const char* value;
+};
+
+class SSJS_ONLINE_API Estimator {
+ public:
+  /// Throws std::invalid_argument naming the setting that is unknown or out of its range.
+  explicit Estimator(const Setting* settings = nullptr, std::size_t count = 0);
+  ~Estimator();
+  Estimator(const Estimator&) = delete;
+  Estimator& operator=(const Estimator&) = delete;
+  Estimator(Estimator&&) noexcept;
+  Estimator& operator=(Estimator&&) noexcept;
+
+  Arrival feed(const Gyro& sample) noexcept;
+  Arrival feed(const Attitude& sample) noexcept;
+  Arrival feed(const Compass& sample) noexcept;
+  Arrival feed(const Depth& sample) noexcept;
+  Arrival feed(const Altitude& sample) noexcept;
+  Arrival feed(const Velocity& sample) noexcept;
+  Arrival feed(const Sighting& sample) noexcept;
+
+  /// At the time of the newest sample. False before the first one has gone through the filter.
+  [[nodiscard]] bool pose(Pose* out) const noexcept;
+  [[nodiscard]] Status status() const noexcept;
+
+  /// Everything through the filter, everything joined: the end of the mission. False on an error.
+  bool finish() noexcept;
+
+  /// The joined landmarks, at most `capacity`; returns how many there are. Waits for the background.
+  std::size_t landmarks(Landmark* out, std::size_t capacity) noexcept;
+  /// The corrected way, as landmarks().
+  std::size_t trajectory(Pose* out, std::size_t capacity) noexcept;
+
+  /// Text of the last kFailed or false; empty when there was none. Valid until the next call.
+  [[nodiscard]] const char* last_error() const noexcept;
+
+ private:
+  class Inside;
+  Inside* inside_;
+};
+
+/// Version of the library that runs, "1.2.3".
+SSJS_ONLINE_API const char* version() noexcept;
+
+}  // namespace v1
+}  // namespace ssjs::online

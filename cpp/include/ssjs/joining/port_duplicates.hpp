@@ -1,0 +1,32 @@
+/// Landmarks of a survey that are known twice and are one object. docs/math/ports.md (P-16..P-18).
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "ssjs/joining/port_association.hpp"
+#include "ssjs/joining/port_level.hpp"
+
+namespace ssjs {
+
+struct DuplicateConfig {
+  double gate_probability = 0.99;       ///< in the plane and in depth
+  double duplicate_probability = 0.05;  ///< that a landmark is known a second time, before anything is looked at
+  double max_chance_odds = 0.3;         ///< of two neighbours against one object
+};
+
+/// Two sightings that stand for different landmarks so far: ports (each by the first map that holds it) or landmarks of one map.
+struct Duplicate {
+  Sighting a, b;
+  double squared_distance = 0.0;  ///< in the plane, 2 degrees of freedom
+  double chance_odds = 0.0;
+};
+
+/// The two landmarks of the maps `among` (ascending) that are most likely to be one, if any are: their difference passes its gates under
+/// its own covariance (P-16), the odds that they are two neighbours are small enough (P-17), and no ping ever showed both (P-18). One at a
+/// time: once these are tied to each other all others are judged anew.
+[[nodiscard]] std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, const std::vector<int>& among,
+                                                           const PortLevel& level, const DuplicateConfig& config);
+
+}  // namespace ssjs

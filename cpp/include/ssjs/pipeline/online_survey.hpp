@@ -1,0 +1,106 @@
+/// The SLAM of an underwater vehicle inside the vehicle: fed sample by sample as they come, answers at any time, and never keeps its caller
+/// waiting for the global level, which works in the background. docs/embedding.md
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <future>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ssjs/joining/port_estimate.hpp"
+#include "ssjs/joining/port_joiner.hpp"
+#include "ssjs/mapping/levelled_builder.hpp"
+#include "ssjs/pipeline/levelled_pipeline.hpp"
+#include "ssjs/pipeline/reorder_window.hpp"
+
+namespace ssjs {
+
+struct OnlineSurveyConfig {
+  LevelledConfig slam;
+  ReorderConfig arrival;
+  double joining_delay_s = 5.0;
+  double silence_s = 10.0;
+  double lost_sigma_m = 50.0;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    slam.visit(v);
+    v.section("arrival", arrival, "samples that come late or out of order");
+    v.field("joining_delay_s", joining_delay_s, Rule::not_negative(),
+            "a finished submap is joined in the background; what that changes is taken over so much later, by the clock of the samples, so "
+            "that the same samples always give the same estimate");
+    v.field("silence_s", silence_s, Rule::positive(), "a sensor that was heard and says nothing for so long is reported silent");
+    v.field("lost_sigma_m", lost_sigma_m, Rule::positive(), "with a larger standard deviation of the position the vehicle counts as lost");
+  }
+};
+
+enum class SurveyHealth {
+  kWaiting,  ///< nothing heard yet
+  kGood,
+  kDegraded,  ///< a sensor is silent or refused: the estimate is honest but worse than usual
+  kLost,      ///< the position is known no better than lost_sigma_m
+};
+
+/// What a pilot or a supervisor acts on.
+struct SurveyStatus {
+  SurveyHealth health = SurveyHealth::kWaiting;
+  double position_sigma_m = 0.0;                          ///< larger semi-axis of the horizontal error
+  std::array<std::int64_t, 6> arrivals{};                 ///< samples by Arrival
+  std::array<double, kNavigationSensors> silent_for_s{};  ///< since each sensor was last used; negative: never heard
+  std::array<std::int64_t, kNavigationSensors> used{}, refused{};
+  int submaps = 0;        ///< finished
+  int landmarks = 0;      ///< of the present submap
+  int loop_closures = 0;  ///< pairs of maps tied so far
+  int compass_jumps = 0;
+  int waits = 0;         ///< times that the caller had to wait for the background
+  bool joining = false;  ///< the background is at work
+};
+
+class OnlineSurvey {
+ public:
+  /// Throws InvalidArgument listing every violation of the configuration.
+  explicit OnlineSurvey(const OnlineSurveyConfig& config);
+  OnlineSurvey(const OnlineSurvey&) = delete;
+  OnlineSurvey& operator=(const OnlineSurvey&) = delete;
+  ~OnlineSurvey() = default;  // waits for the background
+
+  /// Takes one sample, or several of one time. Everything that is due goes through the filter.
+  Arrival feed(const NavigationTick& sample);
+
+  /// At the time of the newest sample: the filter's estimate predicted over the window, with the turn rates that wait in it. Nothing before
+  /// the first sample has gone through.
+  [[nodiscard]] std::optional<SurveyStep> global_T_vehicle() const;
+  [[nodiscard]] SurveyStatus status() const;
+
+  /// All samples through, the last submap closed, the global level settled. No sample may follow.
+  void finish();
+
+  /// Of the maps that are joined. After finish(): all.
+  [[nodiscard]] std::vector<SurveyLandmark> landmarks();
+  [[nodiscard]] std::vector<SurveyStep> trajectory();
+
+ private:
+  void step(const NavigationTick& tick);
+  void close(LevelledSubmap submap);
+  void take_over();
+  void rest();
+  [[nodiscard]] bool started() const { return steps_ > 0; }
+  OnlineSurveyConfig config_;
+  ReorderWindow window_;
+  LevelledBuilder builder_;
+  PortJoiner joiner_;          ///< the background's while `joining_` is valid
+  GaussianSe2 global_T_base_;  ///< of the map that is being built
+  double take_over_s_ = 0.0;
+  std::array<std::int64_t, 6> arrivals_{};
+  std::array<double, kNavigationSensors> heard_s_;
+  int loop_closures_ = 0;
+  int compass_jumps_ = 0;
+  int submaps_ = 0;
+  int waits_ = 0;
+  std::int64_t steps_ = 0;
+  bool finished_ = false;
+  std::future<JoinReport> joining_;  ///< last: its destructor waits before anything else goes
+};
+
+}  // namespace ssjs

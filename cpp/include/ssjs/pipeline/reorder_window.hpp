@@ -1,0 +1,62 @@
+/// Puts samples that arrive late or out of order back into the order in which they were taken, before the filter sees them.
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "ssjs/features/navigation_tick.hpp"
+
+namespace ssjs {
+
+/// What became of a sample on its arrival.
+enum class Arrival {
+  kTaken,
+  kLate,       ///< older than the window: what was done with the samples around it is not undone
+  kDuplicate,  ///< this sensor has spoken at that very time
+  kNotFinite,  ///< NaN or infinity in it
+  kClockJump,  ///< so far ahead of all before that its clock is doubted; believed once `jump_samples` in a row agree
+  kFlood,      ///< more than the window holds
+};
+
+struct ReorderConfig {
+  double window_s = 1.0;
+  double max_gap_s = 60.0;
+  int jump_samples = 5;
+  int capacity = 4096;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.field("window_s", window_s, Rule::not_negative(), "samples that come so much later than others are sorted in; the filter lags by it");
+    v.field("max_gap_s", max_gap_s, Rule::positive(),
+            "a sample farther ahead of all before is a clock that jumped, until others follow it");
+    v.field("jump_samples", jump_samples, Rule::at_least(1), "so many samples in a row after a gap make it a true one");
+    v.field("capacity", capacity, Rule::at_least(16), "times held in the window; more is a flood and is refused");
+  }
+};
+
+/// Samples of one time are one tick. A tick is due when a sample has arrived that was taken more than the window later.
+class ReorderWindow {
+ public:
+  explicit ReorderWindow(const ReorderConfig& config);
+
+  /// One tick, as a rule of a single sensor; what it holds is merged with the samples of the same time.
+  Arrival put(const NavigationTick& tick);
+
+  /// The oldest tick, once it is due; with `all` also when it is not (the end of a mission). Samples of its time or before are kLate from
+  /// now on.
+  [[nodiscard]] std::optional<NavigationTick> take(bool all = false);
+
+  [[nodiscard]] const std::map<double, NavigationTick>& waiting() const { return waiting_; }  ///< by time
+  [[nodiscard]] std::optional<double> newest_s() const { return newest_s_; }
+
+ private:
+  [[nodiscard]] bool is_jump(double time_s);
+
+  ReorderConfig config_;
+  std::map<double, NavigationTick> waiting_;
+  std::optional<double> newest_s_;     ///< of all samples believed
+  std::optional<double> given_out_s_;  ///< of the last tick taken
+  std::optional<double> suspect_s_;    ///< of the last sample beyond the gap
+  int suspects_ = 0;
+};
+
+}  // namespace ssjs

@@ -1,0 +1,94 @@
+#include "ssjs/base/config_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <locale>
+#include <numeric>
+#include <sstream>
+
+#include "ssjs/base/error.hpp"
+
+namespace ssjs {
+namespace {
+
+/// Least number of insertions, deletions and substitutions that turn a into b.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+bool FieldSetter::is_wanted(std::string_view key) {
+  keys_.push_back(prefix_ + std::string(key));
+  if (keys_.back() != key_) return false;
+  found_ = true;
+  return true;
+}
+
+double FieldSetter::number(const Rule& rule) const {
+  std::istringstream in(text_);
+  in.imbue(std::locale::classic());  // a point is a point wherever the program runs
+  double value = 0.0;
+  if (!(in >> value) || in.peek() != std::istringstream::traits_type::eof()) throw InvalidArgument(key_, text_, "must be a number");
+  if (!std::isfinite(value) || !rule.holds(value)) throw InvalidArgument(key_, value, rule.text());
+  return value;
+}
+
+int FieldSetter::whole_number(const Rule& rule) const {
+  const double value = number(rule);
+  if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max())
+    throw InvalidArgument(key_, text_, "must be a whole number");
+  return static_cast<int>(value);
+}
+
+void FieldSetter::field(std::string_view key, double& value, const Rule& rule, std::string_view) {
+  if (is_wanted(key)) value = number(rule);
+}
+
+void FieldSetter::field(std::string_view key, int& value, const Rule& rule, std::string_view) {
+  if (is_wanted(key)) value = whole_number(rule);
+}
+
+void FieldSetter::field(std::string_view key, bool& value, std::string_view) {
+  if (!is_wanted(key)) return;
+  if (text_ != "true" && text_ != "false") throw InvalidArgument(key_, text_, "must be true or false");
+  value = text_ == "true";
+}
+
+void FieldSetter::field(std::string_view key, std::optional<double>& value, const Rule& rule, std::string_view) {
+  if (!is_wanted(key)) return;
+  value = text_ == "none" ? std::nullopt : std::optional<double>(number(rule));
+}
+
+void FieldSetter::field(std::string_view key, std::optional<int>& value, const Rule& rule, std::string_view) {
+  if (!is_wanted(key)) return;
+  value = text_ == "none" ? std::nullopt : std::optional<int>(whole_number(rule));
+}
+
+void FieldSetter::check_choice(const std::vector<std::string>& names) const {
+  if (std::find(names.begin(), names.end(), text_) != names.end()) return;
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+  throw InvalidArgument(key_, text_, "must be one of " + all);
+}
+
+void FieldSetter::finish() const {
+  if (found_) return;
+  const auto nearest = std::min_element(keys_.begin(), keys_.end(), [&](const std::string& a, const std::string& b) {
+    return edit_distance(key_, a) < edit_distance(key_, b);
+  });
+  throw InvalidArgument("setting", key_, "is not known" + (nearest == keys_.end() ? "" : "; the nearest is " + *nearest));
+}
+
+}  // namespace ssjs

@@ -1,0 +1,215 @@
+#include "ssjs/embed/online.hpp"
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ssjs/base/config_text.hpp"
+#include "ssjs/base/error.hpp"
+#include "ssjs/base/version.hpp"
+#include "ssjs/pipeline/online_survey.hpp"
+
+namespace ssjs::online {
+inline namespace v1 {
+namespace {
+
+static_assert(kSensors == kNavigationSensors);
+static_assert(static_cast<int>(Arrival::kFlood) == static_cast<int>(ssjs::Arrival::kFlood));
+static_assert(static_cast<int>(Health::kLost) == static_cast<int>(SurveyHealth::kLost));
+
+template <class Matrix>
+void put_rows(const Matrix& matrix, double* out) {
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) *out++ = matrix(i, j);
+  }
+}
+
+Pose pose_of(const SurveyStep& step) {
+  const auto& x = step.global_T_vehicle;
+  Pose pose{step.time_s, x(0), x(1), x(2), x(3), x(4), x(5), {}};
+  put_rows(step.covariance, pose.covariance);
+  return pose;
+}
+
+Landmark landmark_of(const SurveyLandmark& landmark) {
+  Landmark out{landmark.position.x(),        landmark.position.y(),
+               landmark.position.z(),        {},
+               landmark.landmark.times_seen, static_cast<std::int32_t>(landmark.maps.size())};
+  put_rows(landmark.covariance, out.covariance);
+  return out;
+}
+
+OnlineSurveyConfig configured(const Setting* settings, std::size_t count) {
+  OnlineSurveyConfig config;
+  for (std::size_t i = 0; i < count; ++i) set_field(config, settings[i].key, settings[i].value);
+  return config;
+}
+
+NavigationTick at(double time_s) {
+  NavigationTick tick;
+  tick.time_s = time_s;
+  return tick;
+}
+
+}  // namespace
+
+class Estimator::Inside {
+ public:
+  explicit Inside(const OnlineSurveyConfig& config) : survey(config) {}
+
+  /// `action`, or `otherwise` and its message where it throws.
+  template <class Result, class Action>
+  Result guarded(Result otherwise, const Action& action) noexcept {
+    try {
+      return action();
+    } catch (const std::exception& problem) {
+      remember(problem.what());
+    } catch (...) {
+      remember("an exception of an unknown kind");
+    }
+    return otherwise;
+  }
+
+  Arrival feed(const NavigationTick& tick) noexcept {
+    const Arrival arrival = guarded(Arrival::kFailed, [&] { return static_cast<Arrival>(survey.feed(tick)); });
+    if (arrival == Arrival::kFailed) ++failures;
+    return arrival;
+  }
+
+  OnlineSurvey survey;
+  std::int64_t failures = 0;
+  std::array<char, 512> error{};
+
+ private:
+  void remember(const char* text) noexcept {
+    std::size_t i = 0;
+    for (; text[i] != '\0' && i + 1 < error.size(); ++i) error[i] = text[i];
+    error[i] = '\0';
+  }
+};
+
+Estimator::Estimator(const Setting* settings, std::size_t count) : inside_(nullptr) {
+  try {
+    inside_ = new Inside(configured(settings, count));
+  } catch (const Error& problem) {
+    throw std::invalid_argument(problem.what());
+  }
+}
+
+Estimator::~Estimator() { delete inside_; }
+Estimator::Estimator(Estimator&& other) noexcept : inside_(std::exchange(other.inside_, nullptr)) {}
+Estimator& Estimator::operator=(Estimator&& other) noexcept {
+  std::swap(inside_, other.inside_);
+  return *this;
+}
+
+Arrival Estimator::feed(const Gyro& sample) noexcept {
+  NavigationTick tick = at(sample.time_s);
+  tick.gyro_rad_s = Eigen::Map<const Eigen::Vector3d>(sample.rates_rad_s);
+  return inside_->feed(tick);
+}
+
+Arrival Estimator::feed(const Attitude& sample) noexcept {
+  NavigationTick tick = at(sample.time_s);
+  tick.roll_pitch_rad = Eigen::Vector2d(sample.roll_rad, sample.pitch_rad);
+  return inside_->feed(tick);
+}
+
+Arrival Estimator::feed(const Compass& sample) noexcept {
+  NavigationTick tick = at(sample.time_s);
+  tick.compass_rad = sample.heading_rad;
+  return inside_->feed(tick);
+}
+
+Arrival Estimator::feed(const Depth& sample) noexcept {
+  NavigationTick tick = at(sample.time_s);
+  tick.depth_m = sample.depth_m;
+  return inside_->feed(tick);
+}
+
+Arrival Estimator::feed(const Altitude& sample) noexcept {
+  NavigationTick tick = at(sample.time_s);
+  tick.altitude_m = sample.altitude_m;
+  return inside_->feed(tick);
+}
+
+Arrival Estimator::feed(const Velocity& sample) noexcept {
+  NavigationTick tick = at(sample.time_s);
+  tick.velocity = VelocitySample{Eigen::Map<const Eigen::Vector3d>(sample.velocity_m_s), sample.bottom_lock, std::nullopt};
+  return inside_->feed(tick);
+}
+
+Arrival Estimator::feed(const Sighting& sample) noexcept {
+  return inside_->guarded(Arrival::kFailed, [&] {
+    NavigationTick tick = at(sample.time_s);
+    SideScanSighting sighting;
+    sighting.vehicle_p_point = Eigen::Map<const Eigen::Vector3d>(sample.position_m);
+    if (sample.has_covariance) sighting.covariance = Eigen::Map<const Eigen::Matrix3d>(sample.covariance_m2);
+    if (sample.landmark_id >= 0) sighting.landmark_id = sample.landmark_id;
+    tick.sightings.push_back(sighting);
+    return inside_->feed(tick);
+  });
+}
+
+bool Estimator::pose(Pose* out) const noexcept {
+  return inside_->guarded(false, [&] {
+    const std::optional<SurveyStep> step = inside_->survey.global_T_vehicle();
+    if (step) *out = pose_of(*step);
+    return step.has_value();
+  });
+}
+
+Status Estimator::status() const noexcept {
+  return inside_->guarded(Status{}, [&] {
+    const SurveyStatus now = inside_->survey.status();
+    Status out{};
+    out.health = static_cast<Health>(now.health);
+    out.position_sigma_m = now.position_sigma_m;
+    std::copy(now.arrivals.begin(), now.arrivals.end(), out.arrivals);
+    out.arrivals[static_cast<std::size_t>(Arrival::kFailed)] = inside_->failures;
+    std::copy(now.silent_for_s.begin(), now.silent_for_s.end(), out.silent_for_s);
+    std::copy(now.used.begin(), now.used.end(), out.used);
+    std::copy(now.refused.begin(), now.refused.end(), out.refused);
+    out.submaps = now.submaps;
+    out.landmarks = now.landmarks;
+    out.loop_closures = now.loop_closures;
+    out.compass_jumps = now.compass_jumps;
+    out.waits = now.waits;
+    out.joining = now.joining;
+    return out;
+  });
+}
+
+bool Estimator::finish() noexcept {
+  return inside_->guarded(false, [&] {
+    inside_->survey.finish();
+    return true;
+  });
+}
+
+std::size_t Estimator::landmarks(Landmark* out, std::size_t capacity) noexcept {
+  return inside_->guarded(std::size_t{0}, [&] {
+    const std::vector<SurveyLandmark> all = inside_->survey.landmarks();
+    for (std::size_t i = 0; i < std::min(capacity, all.size()); ++i) out[i] = landmark_of(all[i]);
+    return all.size();
+  });
+}
+
+std::size_t Estimator::trajectory(Pose* out, std::size_t capacity) noexcept {
+  return inside_->guarded(std::size_t{0}, [&] {
+    const std::vector<SurveyStep> all = inside_->survey.trajectory();
+    for (std::size_t i = 0; i < std::min(capacity, all.size()); ++i) out[i] = pose_of(all[i]);
+    return all.size();
+  });
+}
+
+const char* Estimator::last_error() const noexcept { return inside_->error.data(); }
+
+const char* version() noexcept { return kVersion.data(); }
+
+}  // namespace v1
+}  // namespace ssjs::online

@@ -1,0 +1,219 @@
+#include "ssjs/embed/online.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "ssjs/pipeline/levelled_run.hpp"
+#include "ssjs/simulation/auv_survey.hpp"
+
+namespace ssjs {
+namespace {
+
+using Sample =
+    std::variant<online::Gyro, online::Attitude, online::Compass, online::Depth, online::Altitude, online::Velocity, online::Sighting>;
+
+struct Arriving {
+  double at_s;
+  Sample sample;
+};
+
+SimulatedSurvey survey(std::uint64_t seed) { return simulate_survey(survey_world(SurveyWorldConfig{}, seed), AuvSimulationConfig{}, seed); }
+
+/// Every sample by itself, in the order of the ticks.
+std::vector<Arriving> samples_of(const std::vector<NavigationTick>& ticks) {
+  std::vector<Arriving> samples;
+  for (const NavigationTick& tick : ticks) {
+    const double t = tick.time_s;
+    if (tick.gyro_rad_s) samples.push_back({t, online::Gyro{t, {tick.gyro_rad_s->x(), tick.gyro_rad_s->y(), tick.gyro_rad_s->z()}}});
+    if (tick.roll_pitch_rad) samples.push_back({t, online::Attitude{t, tick.roll_pitch_rad->x(), tick.roll_pitch_rad->y()}});
+    if (tick.compass_rad) samples.push_back({t, online::Compass{t, *tick.compass_rad}});
+    if (tick.depth_m) samples.push_back({t, online::Depth{t, *tick.depth_m}});
+    if (tick.altitude_m) samples.push_back({t, online::Altitude{t, *tick.altitude_m}});
+    if (tick.velocity) {
+      const Eigen::Vector3d& v = tick.velocity->velocity_m_s;
+      samples.push_back({t, online::Velocity{t, {v.x(), v.y(), v.z()}, tick.velocity->bottom_lock}});
+    }
+    for (const SideScanSighting& sighting : tick.sightings) {
+      const Eigen::Vector3d& p = sighting.vehicle_p_point;
+      online::Sighting sample{t, {p.x(), p.y(), p.z()}, sighting.covariance.has_value(), {}, sighting.landmark_id.value_or(-1)};
+      if (sighting.covariance) std::copy_n(sighting.covariance->data(), 9, sample.covariance_m2);
+      samples.push_back({t, sample});
+    }
+  }
+  return samples;
+}
+
+online::Arrival feed(online::Estimator& estimator, const Sample& sample) {
+  return std::visit([&](const auto& each) { return estimator.feed(each); }, sample);
+}
+
+std::vector<online::Pose> trajectory_of(online::Estimator& estimator) {
+  std::vector<online::Pose> poses(estimator.trajectory(nullptr, 0));
+  EXPECT_EQ(estimator.trajectory(poses.data(), poses.size()), poses.size());
+  return poses;
+}
+
+constexpr online::Setting kKnown[] = {{"association.method", "known"}};
+
+std::vector<online::Pose> run(const std::vector<Arriving>& samples, std::vector<online::Pose>* live = nullptr) {
+  online::Estimator estimator(kKnown, 1);
+  for (const Arriving& arriving : samples) {
+    EXPECT_EQ(feed(estimator, arriving.sample), online::Arrival::kTaken) << arriving.at_s;
+    online::Pose pose;
+    if (live != nullptr && estimator.pose(&pose)) live->push_back(pose);
+  }
+  EXPECT_TRUE(estimator.finish()) << estimator.last_error();
+  return trajectory_of(estimator);
+}
+
+bool same_bytes(const std::vector<online::Pose>& a, const std::vector<online::Pose>& b) {
+  const auto equal = [](const online::Pose& p, const online::Pose& q) {
+    return p.time_s == q.time_s && p.x_m == q.x_m && p.y_m == q.y_m && p.z_m == q.z_m && p.roll_rad == q.roll_rad &&
+           p.pitch_rad == q.pitch_rad && p.yaw_rad == q.yaw_rad && std::equal(p.covariance, p.covariance + 36, q.covariance);
+  };
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), equal);
+}
+
+TEST(Estimator, EndsWithTheTrajectoryOfTheWholeMissionAtOnce) {
+  const SimulatedSurvey simulated = survey(3);
+  const std::vector<online::Pose> way = run(samples_of(simulated.ticks));
+  LevelledConfig config;
+  config.local.association.method = AssociationMethod::kKnown;
+  const LevelledResult whole = run_levelled_mission(config, simulated.ticks);
+  ASSERT_EQ(static_cast<Eigen::Index>(way.size()), whole.pose.rows());
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(way[i].time_s, whole.time_s(row));
+    EXPECT_NEAR(way[i].x_m, whole.pose(row, 0), 1e-8);  // sightings of one time come in an order of their own
+    EXPECT_NEAR(way[i].y_m, whole.pose(row, 1), 1e-8);
+    EXPECT_NEAR(way[i].yaw_rad, whole.pose(row, 5), 1e-9);
+    EXPECT_NEAR(way[i].covariance[0], whole.covariance(row, 0), 1e-9);
+  }
+}
+
+TEST(Estimator, SamplesOutOfOrderWithinTheWindowChangeNothing) {
+  const std::vector<Arriving> in_order = samples_of(survey(4).ticks);
+  std::vector<Arriving> late = in_order;
+  std::mt19937_64 random(1);
+  for (Arriving& arriving : late) arriving.at_s += 0.8 * static_cast<double>(random() % 1000) / 1000.0;
+  std::stable_sort(late.begin(), late.end(), [](const Arriving& a, const Arriving& b) { return a.at_s < b.at_s; });
+  EXPECT_TRUE(same_bytes(run(late), run(in_order)));
+}
+
+TEST(Estimator, TheSameSamplesGiveTheSameLivePosesWhateverTheBackgroundDoes) {
+  const std::vector<Arriving> samples = samples_of(survey(5).ticks);
+  std::vector<online::Pose> first, second;
+  run(samples, &first);
+  run(samples, &second);
+  EXPECT_GT(first.size(), 1000U);
+  EXPECT_TRUE(same_bytes(first, second));
+}
+
+TEST(Estimator, TheLivePoseIsOfTheNewestSampleAndHonest) {
+  const SimulatedSurvey simulated = survey(6);
+  std::vector<online::Pose> live;
+  run(samples_of(simulated.ticks), &live);
+  std::size_t at = 0;
+  double squared = 0.0;
+  int inside = 0;
+  for (const online::Pose& pose : live) {
+    while (at + 1 < simulated.truth.size() && simulated.truth[at].time_s < pose.time_s) ++at;
+    const Eigen::Vector2d error = simulated.truth[at].world_T_vehicle.translation.head<2>() - Eigen::Vector2d(pose.x_m, pose.y_m);
+    EXPECT_EQ(pose.time_s, simulated.truth[at].time_s);
+    squared += error.squaredNorm();
+    if (std::abs(error.x()) <= 3 * std::sqrt(pose.covariance[0]) && std::abs(error.y()) <= 3 * std::sqrt(pose.covariance[7])) ++inside;
+  }
+  EXPECT_LT(std::sqrt(squared / static_cast<double>(live.size())), 1.5);
+  EXPECT_GT(inside, 0.95 * static_cast<double>(live.size()));
+}
+
+TEST(Estimator, BadSamplesAreRefusedCountedAndForgotten) {
+  const std::vector<Arriving> samples = samples_of(survey(3).ticks);
+  const std::vector<online::Pose> clean = run(samples);
+  online::Estimator estimator(kKnown, 1);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  std::size_t i = 0;
+  for (const Arriving& arriving : samples) {
+    const double t = arriving.at_s;
+    EXPECT_EQ(feed(estimator, arriving.sample), online::Arrival::kTaken);
+    switch (++i % 500) {
+      case 1:
+        EXPECT_EQ(estimator.feed(online::Depth{t, kNan}), online::Arrival::kNotFinite);
+        break;
+      case 2:
+        EXPECT_EQ(estimator.feed(online::Depth{kNan, 1.0}), online::Arrival::kNotFinite);
+        break;
+      case 3:
+        EXPECT_EQ(estimator.feed(online::Depth{t - 100.0, 3.0}), online::Arrival::kLate);
+        break;
+      case 4:
+        EXPECT_EQ(estimator.feed(online::Depth{t + 1e6, 3.0}), online::Arrival::kClockJump);
+        break;
+      case 5:
+        EXPECT_EQ(feed(estimator, arriving.sample),
+                  std::holds_alternative<online::Sighting>(arriving.sample) ? online::Arrival::kTaken : online::Arrival::kDuplicate);
+        break;
+      default:
+        break;
+    }
+  }
+  EXPECT_TRUE(estimator.finish());
+  EXPECT_TRUE(same_bytes(trajectory_of(estimator), clean));
+  const online::Status status = estimator.status();
+  for (const online::Arrival refused :
+       {online::Arrival::kLate, online::Arrival::kDuplicate, online::Arrival::kNotFinite, online::Arrival::kClockJump})
+    EXPECT_GT(status.arrivals[static_cast<std::size_t>(refused)], 10) << static_cast<int>(refused);
+  EXPECT_EQ(estimator.feed(online::Depth{1e4, 1.0}), online::Arrival::kFailed);  // after the end
+  EXPECT_NE(std::string(estimator.last_error()).find("finished"), std::string::npos);
+}
+
+TEST(Estimator, SaysHowItIs) {
+  const std::vector<Arriving> samples = samples_of(survey(3).ticks);
+  online::Estimator estimator;
+  online::Pose pose;
+  EXPECT_FALSE(estimator.pose(&pose));
+  EXPECT_EQ(estimator.status().health, online::Health::kWaiting);
+  for (const Arriving& arriving : samples) {
+    const double t = arriving.at_s;
+    const bool silenced = std::holds_alternative<online::Velocity>(arriving.sample) && t > 60.0 && t < 90.0;
+    if (!silenced) {
+      EXPECT_EQ(feed(estimator, arriving.sample), online::Arrival::kTaken);
+    }
+    const auto health = estimator.status().health;
+    if ((t > 50.0 && t < 55.0) || (t > 95.0 && t < 99.0)) {
+      EXPECT_EQ(health, online::Health::kGood) << t;
+    } else if (t > 75.0 && t < 89.0) {
+      EXPECT_EQ(health, online::Health::kDegraded) << t;
+    }
+    if (t > 100.0) break;
+  }
+  EXPECT_GT(estimator.status().used[static_cast<std::size_t>(online::Sensor::kDepth)], 500);
+}
+
+TEST(Estimator, SettingsAreNamedInItsComplaints) {
+  const auto complaint = [](const char* key, const char* value) -> std::string {
+    const online::Setting setting{key, value};
+    try {
+      const online::Estimator estimator(&setting, 1);
+    } catch (const std::invalid_argument& problem) {
+      return problem.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(complaint("split.longest_m", "150"), "");
+  EXPECT_NE(complaint("split.longets_m", "150").find("nearest is split.longest_m"), std::string::npos);
+  EXPECT_NE(complaint("split.longest_m", "-1").find("split.longest_m"), std::string::npos);
+  EXPECT_NE(complaint("split.longest_m", "far").find("must be a number"), std::string::npos);
+  EXPECT_NE(complaint("compass_use", "often").find("first_reading"), std::string::npos);
+  EXPECT_NE(complaint("method", "ekf").find("ssjs"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ssjs
