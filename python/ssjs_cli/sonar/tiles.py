@@ -1,6 +1,7 @@
 """The command `sonar tiles`: what a survey's detector sees, as labelled pictures for `cascade train`.
 
-A tile is one side of a block of pings in ground range, gain normalised: port and starboard apart. Where nothing was recorded, in turns, and
+A tile is one side of a block of pings in ground range, gain normalised: port and starboard apart. The longest run of its rows without an
+object is written beside it as a picture that holds none. Where nothing was recorded, in turns, and
 where an object is cut by the tile's border, it is transparent, which trainings take as no measurement.
 """
 
@@ -30,6 +31,8 @@ WITH_OBJECTS, EMPTY, ANNOTATIONS_FILE = "objects", "empty", "annotations.json"
 why_not_tiles = holds_only((WITH_OBJECTS, EMPTY, ANNOTATIONS_FILE), (ANNOTATIONS_FILE,))
 #: Of the box across track, before the middle of the object; the rest holds its shadow.
 PART_BEFORE = 1 / 3
+#: Fewer rows without an object are no picture of their own.
+LEAST_ROWS = 48
 SIDES = ("port", "starboard")
 
 Box = tuple[int, int, int, int]
@@ -77,14 +80,17 @@ def write_tiles(request: TileRequest, session: Session) -> int:
             (partial / folder).mkdir()
         for directory, name in _named(request.missions):
             mission = read_mission(directory)
-            for number, block in enumerate(_blocks(directory, mission, request.pings)):
+            for number, block in enumerate(blocks_of(directory, mission, request.pings)):
                 for side in SIDES:
                     levels, alpha, boxes = _tile(block, side, mission, request.object_m)
                     file = f"{side}_{name}_{number:03}.png"
-                    (partial / (WITH_OBJECTS if boxes else EMPTY) / file).write_bytes(_png(levels, alpha))
-                    if not boxes:
+                    free = _longest_run_without(boxes, len(levels))
+                    if free.stop - free.start >= LEAST_ROWS:
+                        (partial / EMPTY / file).write_bytes(_png(levels[free], alpha[free]))
                         empty += 1
+                    if not boxes:
                         continue
+                    (partial / WITH_OBJECTS / file).write_bytes(_png(levels, alpha))
                     image = len(document["images"]) + 1
                     document["images"].append({"id": image, "file_name": file, "width": levels.shape[1], "height": levels.shape[0]})
                     for box in boxes:
@@ -92,7 +98,7 @@ def write_tiles(request: TileRequest, session: Session) -> int:
                         document["annotations"].append(entry)
         (partial / ANNOTATIONS_FILE).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     answer = {"folder": str(request.out), "with_objects": len(document["images"]), "empty": empty, "objects": len(document["annotations"])}
-    text = f"{request.out}: {answer['objects']} objects in {answer['with_objects']} tiles, {empty} tiles without"
+    text = f"{request.out}: {answer['objects']} objects in {answer['with_objects']} tiles, {empty} pictures without"
     session.answer(answer, text)
     return DONE
 
@@ -107,7 +113,7 @@ def _named(missions: Sequence[Path]) -> list[tuple[Path, str]]:
     return list(zip(found, names, strict=True))
 
 
-def _blocks(directory: Path, mission: Mission, pings: int) -> Iterator[Block]:
+def blocks_of(directory: Path, mission: Mission, pings: int) -> Iterator[Block]:
     if mission.reference.truth is None or mission.reference.landmarks is None or not mission.sonar_logs:
         raise UserError(
             f"{directory}: tiles need sonar logs, truth_trajectory.tum and truth_landmarks.csv; `simulate side-scan-survey` makes all three"
@@ -130,7 +136,7 @@ def _tile(
     levels, alpha = block.grey[:, columns].copy(), block.valid[:, columns].copy()
     rows, width = levels.shape
     kept = []
-    for row, range_m, row_m in abeam(block.time_s, mission, side):
+    for row, range_m, row_m, _ in abeam(block.time_s, mission, side):
         along = max(1, round(object_m[0] / row_m))
         across = max(1, round(object_m[1] / block.column_m))
         near = round((range_m - PART_BEFORE * object_m[1]) / block.column_m)
@@ -148,20 +154,31 @@ def _tile(
     return levels, alpha, whole
 
 
-def abeam(time_s: FloatArray, mission: Mission, side: str) -> list[tuple[int, float, float]]:
-    """Row, ground range and metres a row of every surveyed object that the vehicle passes on this side during these pings."""
+def _longest_run_without(boxes: Sequence[Box], rows: int) -> slice:
+    """The most rows on end that no box covers."""
+    taken = np.zeros(rows + 2, dtype=bool)
+    taken[[0, -1]] = True
+    for _, top, _, height in boxes:
+        taken[top + 1 : top + 1 + height] = True
+    borders = np.flatnonzero(taken)
+    longest = int(np.argmax(np.diff(borders)))
+    return slice(int(borders[longest]), int(borders[longest + 1]) - 1)
+
+
+def abeam(time_s: FloatArray, mission: Mission, side: str) -> list[tuple[int, float, float, int]]:
+    """Row, ground range, metres a row and index of every surveyed object that the vehicle passes on this side during these pings."""
     truth, landmarks = mission.reference.truth, mission.reference.landmarks
     assert truth is not None and landmarks is not None
     x, y = (np.interp(time_s, truth.time_s, truth.pose[:, axis]) for axis in (0, 1))
     heading = np.interp(time_s, truth.time_s, np.unwrap(truth.pose[:, 2]))
     row_m = float(np.median(np.hypot(np.diff(x), np.diff(y))))
     found = []
-    for place in landmarks.position_m:
+    for index, place in enumerate(landmarks.position_m):
         dx, dy = place[0] - x, place[1] - y
         ahead, starboard = np.cos(heading) * dx + np.sin(heading) * dy, np.cos(heading) * dy - np.sin(heading) * dx
         for row in np.flatnonzero((ahead[:-1] > 0.0) & (ahead[1:] <= 0.0)):
             if row_m > 0.0 and (starboard[row] > 0.0) == (side == "starboard"):
-                found.append((int(row), float(abs(starboard[row])), row_m))
+                found.append((int(row), float(abs(starboard[row])), row_m, index))
     return found
 
 

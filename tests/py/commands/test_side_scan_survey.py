@@ -3,7 +3,9 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from ssjs_cli.app import main
 from ssjs_cli.formats.mission import read_mission
@@ -47,3 +49,107 @@ def test_a_survey_can_be_replaced(survey: Path) -> None:
     before = (survey / "pings" / "survey.xtf").read_bytes()
     assert run("simulate", "side-scan-survey", "--seed", "3", "--out", survey, "--force") == 0
     assert (survey / "pings" / "survey.xtf").read_bytes() == before
+
+
+@pytest.fixture(scope="module")
+def tiles(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("tiles") / "tiles"
+    assert run("sonar", "tiles", survey, "--out", folder) == 0
+    return folder
+
+
+def test_tiles_hold_the_objects_that_are_shown_whole(tiles: Path) -> None:
+    document = json.loads((tiles / "annotations.json").read_text())
+    images = {image["id"]: image for image in document["images"]}
+    assert {image["file_name"].split("_")[0] for image in images.values()} == {"port", "starboard"}
+    assert len(document["annotations"]) > 60
+    shadows = []
+    for entry in document["annotations"]:
+        image = images[entry["image_id"]]
+        x, y, width, height = entry["bbox"]
+        assert x >= 0 and y >= 0 and x + width <= image["width"] and y + height <= image["height"]
+        levels, alpha = np.asarray(Image.open(tiles / "objects" / image["file_name"])).transpose(2, 0, 1)
+        assert (alpha[y : y + height, x : x + width] > 0).all()
+        box = levels[y : y + height, x : x + width].astype(float)
+        behind = box[:, : width // 2] if image["file_name"].startswith("port") else box[:, width // 2 :]
+        shadows.append(behind.mean() < box.mean())
+    # What lies behind an object, seen from the nadir, is its shadow.
+    assert np.mean(shadows) > 0.8
+
+
+def test_pictures_without_objects_come_from_between_them(tiles: Path) -> None:
+    document = json.loads((tiles / "annotations.json").read_text())
+    objects = {image["file_name"]: image for image in document["images"]}
+    empty = sorted((tiles / "empty").iterdir())
+    assert empty
+    for path in empty:
+        rows = Image.open(path).height
+        assert rows >= 48
+        if path.name in objects:
+            assert rows <= objects[path.name]["height"]
+
+
+PLAN = "".join(
+    f"[[layer]]\ndetection_rate = {found}\nfalse_positive_rate = {false}\nmax_features = {most}\n"
+    for found, false, most in ((0.99, 0.3, 4), (0.98, 0.03, 10))
+)
+
+
+@pytest.fixture(scope="module")
+def model(tiles: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("model")
+    (folder / "plan.toml").write_text(PLAN)
+    settings = (
+        "window.width_px=24", "window.height_px=10", "training.feature_set=side_scan", "training.negatives_per_layer=500",
+        "validation.windows=2000", "augmentation.copies=0",
+    )  # fmt: skip
+    sets = [part for setting in settings for part in ("--set", setting)]
+    given = ("--positives", tiles / "objects", "--annotations", tiles / "annotations.json", "--negatives", tiles / "empty")
+    assert run("cascade", "train", *given, "--mirrored", "^port_", "--plan", folder / "plan.toml", *sets, "--out", folder / "model") == 0
+    return folder / "model"
+
+
+def test_a_cascade_trained_on_tiles_finds_contacts_and_contours_verify(survey: Path, model: Path, tmp_path: Path) -> None:
+    log = survey / "pings" / "survey.xtf"
+    counts = {}
+    for name, flags in {"all": (), "surer": ("--min-score", "5"), "verified": ("--verify", "contour")}.items():
+        out = tmp_path / f"{name}.csv"
+        assert run("sonar", "detect", log, "--detector", "cascade", "--model", model, *flags, "--out", out) == 0
+        counts[name] = len(out.read_text().splitlines()) - 1
+    assert counts["all"] > 60
+    assert counts["surer"] < counts["all"]
+    assert counts["verified"] < counts["all"]
+
+
+def test_a_run_takes_the_cascade_and_remembers_it(survey: Path, model: Path, tmp_path: Path) -> None:
+    sets = ("--set", "sonar.detector=cascade", "--set", f"sonar.cascade_model={model}")
+    assert run("run", survey, *sets, "--out", tmp_path / "run", "--no-report") == 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert summary["trajectory_rmse_m"] < summary["dead_reckoning_rmse_m"]
+    assert len(summary["input_digests"]["sonar.cascade_model"]) == 64
+    # The settings of the run give it again.
+    assert run("run", survey, "--config", tmp_path / "run" / "config.toml", "--out", tmp_path / "again", "--no-report") == 0
+    assert (tmp_path / "again" / "landmarks.csv").read_bytes() == (tmp_path / "run" / "landmarks.csv").read_bytes()
+
+
+def test_a_cascade_that_cannot_be_used_is_named(survey: Path, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cascade = ("--set", "sonar.detector=cascade")
+    assert run("run", survey, *cascade, "--out", tmp_path / "a") == 2
+    assert "sonar.detector = cascade: needs a model; give sonar.cascade_model" in capsys.readouterr().err
+    assert run("run", survey, *cascade, "--set", "sonar.cascade_model=none.json", "--out", tmp_path / "a") == 2
+    assert "none.json: No such file or directory" in capsys.readouterr().err
+    (tmp_path / "wrong.json").write_text("{}")
+    assert run("run", survey, *cascade, "--set", f"sonar.cascade_model={tmp_path / 'wrong.json'}", "--out", tmp_path / "a") == 2
+    assert "wrong.json" in capsys.readouterr().err
+    verify = ("--set", "sonar.cascade.verify=contour", "--set", f"sonar.cascade_model={model / 'cascade.xml'}")
+    assert run("run", survey, *cascade, *verify, "--out", tmp_path / "a") == 2
+    assert "holds no contours to verify detections with" in capsys.readouterr().err
+    document = json.loads((model / "cascade.json").read_text())
+    smoothed = json.dumps(document).replace('"image.smoothing_px": "1"', '"image.smoothing_px": "3"')
+    assert smoothed != json.dumps(document)
+    (tmp_path / "smoothed.json").write_text(smoothed)
+    assert run("run", survey, *cascade, "--set", f"sonar.cascade_model={tmp_path / 'smoothed.json'}", "--out", tmp_path / "a") == 2
+    assert "smoothed or continued beyond their borders" in capsys.readouterr().err
+    assert run("sonar", "detect", survey / "pings" / "survey.xtf", "--model", model, "--out", tmp_path / "a.csv") == 2
+    assert "--model: is of the detector cascade; add --detector cascade" in capsys.readouterr().err
+    assert run("sonar", "tiles", tmp_path / "nothing", "--out", tmp_path / "tiles") == 2
