@@ -48,7 +48,7 @@ struct ContactConfig {
   double shadow_gap_m = 0.4;
   double least_shadow_m = 0.3;
   double least_cut_shadow_m = 1.0;
-  double least_confidence = 0.55;
+  double least_confidence = 0.61;
   double merge_m = 1.0;
   template <class Visitor>
   void visit(Visitor& v) {
