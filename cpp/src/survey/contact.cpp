@@ -87,6 +87,7 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   if (!(shadow.start + moved > 0)) return std::nullopt;
   const auto slant = [&](double column) { return std::hypot((column + moved) * waterfall.column_m, first_m); };
   const ObjectCentre centre = centre_of_object({first_m, slant(std::max(trace->near, -moved)), slant(shadow.start), slant(shadow.end)});
+  if (centre.height_m < config.least_height_m) return std::nullopt;
   contact.shadow_is_cut = shadow.is_cut;
   contact.shadow_m = (shadow.end - shadow.start) * waterfall.column_m;
   contact.height_m = centre.height_m;

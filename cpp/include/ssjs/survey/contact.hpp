@@ -48,7 +48,8 @@ struct ContactConfig {
   double shadow_gap_m = 0.4;
   double least_shadow_m = 0.3;
   double least_cut_shadow_m = 1.0;
-  double least_confidence = 0.55;
+  double least_height_m = 0.1;
+  double least_confidence = 0.61;
   double merge_m = 1.0;
   template <class Visitor>
   void visit(Visitor& v) {
@@ -57,6 +58,7 @@ struct ContactConfig {
     v.field("shadow_gap_m", shadow_gap_m, Rule::not_negative(), "range between echo and shadow that is bridged");
     v.field("least_shadow_m", least_shadow_m, Rule::not_negative(), "shorter ones are speckle");
     v.field("least_cut_shadow_m", least_cut_shadow_m, Rule::not_negative(), "the same where a shadow runs out of what was recorded");
+    v.field("least_height_m", least_height_m, Rule::not_negative(), "what rises less is ripples and speckle");
     v.field("least_confidence", least_confidence, Rule::closed(0, 1), "contacts below it are dropped");
     v.field("merge_m", merge_m, Rule::not_negative(), "contacts of one side nearer than this along and across track are one");
   }
