@@ -67,7 +67,7 @@ def scenario_file(folder: Path, scenario: str, hours: float | None) -> str:
     return str(path)
 
 
-def measured(run: Path, mission: Path, simulated: Finished, finished: Finished) -> dict[str, Any]:
+def measured(run: Path, mission: Path, simulated: Finished | None, finished: Finished) -> dict[str, Any]:
     summary: dict[str, Any] = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     time_s = np.loadtxt(mission / "truth_trajectory.tum", usecols=0)
     summary["ratio"] = summary["dead_reckoning_rmse_m"] / summary["trajectory_rmse_m"]
@@ -80,7 +80,7 @@ def measured(run: Path, mission: Path, simulated: Finished, finished: Finished) 
         summary[f"{name}_percent"] = None if summary[key] is None else 100.0 * summary[key]
     summary["cpu_s"], summary["peak_rss_mb"] = finished.cpu_s, finished.peak_rss_mb
     summary["times_real_time"] = float(time_s[-1] - time_s[0]) / finished.cpu_s
-    summary["simulate_rss_mb"] = simulated.peak_rss_mb
+    summary["simulate_rss_mb"] = None if simulated is None else simulated.peak_rss_mb
     return summary
 
 
@@ -100,6 +100,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--methods", nargs="+", default=["ssjs", "ekf"])
     parser.add_argument("--hours", type=float, nargs="+", default=[None], help="cut the mission; several: one after the other")
+    parser.add_argument("--missions", type=Path, help="keep the simulated missions here, and take those that are here already")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a setting of every run")
     arguments = parser.parse_args()
     print("| mission, method | " + " | ".join(heading for _, heading, _ in COLUMNS) + " |")
@@ -107,12 +108,17 @@ def main() -> None:
     rows: dict[str, list[dict[str, Any]]] = {}
     settings = [text for assignment in arguments.set for text in ("--set", assignment)]
     with tempfile.TemporaryDirectory() as name:
-        mission, run = Path(name) / "mission", Path(name) / "run"
+        run = Path(name) / "run"
         for hours in arguments.hours:
             length = "" if hours is None else f"{hours:g} h, "
             for seed in arguments.seeds:
                 source = scenario_file(Path(name), arguments.scenario, hours)
-                simulated = finish(["simulate", source, "--seed", str(seed), "--out", str(mission), "--force"])
+                mission = Path(name) / "mission"
+                if arguments.missions is not None:
+                    mission = arguments.missions / f"{Path(source).stem}-{seed}"
+                simulated = None
+                if arguments.missions is None or not mission.is_dir():
+                    simulated = finish(["simulate", source, "--seed", str(seed), "--out", str(mission), "--force"])
                 for method in arguments.methods:
                     asked = ["run", str(mission), "--method", method, "--no-report", "--out", str(run), "--force", *settings]
                     row = measured(run, mission, simulated, finish(asked))

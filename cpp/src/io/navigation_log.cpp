@@ -35,6 +35,7 @@ void NavigationLog::add_attitude(const Column& time_s, const Table& roll_pitch_y
   check_columns("attitude", roll_pitch_yaw_rad.cols(), 3);
   check_times("attitude", time_s);
   check_finite("attitude", "roll, pitch, yaw", roll_pitch_yaw_rad);
+  make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     NavigationTick tick = at(time_s(i));
     tick.roll_pitch_rad = Eigen::Vector2d(roll_pitch_yaw_rad(i, 0), roll_pitch_yaw_rad(i, 1));
@@ -48,6 +49,7 @@ void NavigationLog::add_gyro(const Column& time_s, const Table& body_rates_rad_s
   check_columns("gyro", body_rates_rad_s.cols(), 3);
   check_times("gyro", time_s);
   check_finite("gyro", "body rates", body_rates_rad_s);
+  make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     NavigationTick tick = at(time_s(i));
     tick.gyro_rad_s = Eigen::Vector3d(body_rates_rad_s.row(i));
@@ -59,6 +61,7 @@ void NavigationLog::add_depth(const Column& time_s, const Column& depth_m) {
   check_rows("depth_m", depth_m.size(), time_s.size());
   check_times("depth", time_s);
   check_finite("depth", "depth_m", depth_m);
+  make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     NavigationTick tick = at(time_s(i));
     tick.depth_m = depth_m(i);
@@ -70,6 +73,7 @@ void NavigationLog::add_altitude(const Column& time_s, const Column& altitude_m)
   check_rows("altitude_m", altitude_m.size(), time_s.size());
   check_times("altitude", time_s);
   check_finite("altitude", "altitude_m", altitude_m);
+  make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     NavigationTick tick = at(time_s(i));
     tick.altitude_m = altitude_m(i);
@@ -82,6 +86,7 @@ void NavigationLog::add_velocity(const Column& time_s, const Table& velocity_m_s
   check_columns("velocity", velocity_m_s.cols(), 3);
   check_rows("bottom_lock", static_cast<Eigen::Index>(bottom_lock.size()), time_s.size());
   check_times("velocity", time_s);
+  make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     NavigationTick tick = at(time_s(i));
     tick.velocity.emplace();
@@ -106,6 +111,7 @@ void NavigationLog::add_sightings(const Column& time_s, const Table& vehicle_p_p
   check_times("points", time_s);
   check_finite("points", "x, y, z", vehicle_p_point);
   check_finite("points", "covariance", covariance);
+  make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
     SideScanSighting sighting;
     sighting.vehicle_p_point = vehicle_p_point.row(i);
@@ -123,6 +129,12 @@ void NavigationLog::add_sightings(const Column& time_s, const Table& vehicle_p_p
   }
 }
 
+/// Sensors that speak at the same times share their ticks before the next sensor comes: a long log takes little more than its ticks.
+void NavigationLog::make_room(Eigen::Index samples) {
+  (void)ticks();
+  ticks_.reserve(ticks_.size() + static_cast<std::size_t>(samples));
+}
+
 const std::vector<NavigationTick>& NavigationLog::ticks() {
   if (!merged_) {
     std::stable_sort(ticks_.begin(), ticks_.end(), [](const NavigationTick& a, const NavigationTick& b) { return a.time_s < b.time_s; });
@@ -134,6 +146,7 @@ const std::vector<NavigationTick>& NavigationLog::ticks() {
         merged.push_back(std::move(tick));
       }
     }
+    merged.shrink_to_fit();
     ticks_ = std::move(merged);
     merged_ = true;
   }

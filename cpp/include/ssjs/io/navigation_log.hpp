@@ -37,6 +37,7 @@ class NavigationLog {
     ticks_.push_back(std::move(tick));
     merged_ = false;
   }
+  void make_room(Eigen::Index samples);
   std::vector<NavigationTick> ticks_;
   bool merged_ = true;
 };
