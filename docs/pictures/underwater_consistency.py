@@ -86,7 +86,7 @@ def main() -> None:
         with sync_playwright() as browsers:
             browser = browsers.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
             tab = browser.new_page(viewport={"width": WIDTH + 20, "height": HEIGHT + 20})
-            tab.goto(page.as_uri())
+            tab.goto(page.as_uri(), timeout=180_000)
             tab.locator(".js-plotly-plot").screenshot(path=str(Path(__file__).parent / "underwater_consistency.png"))
             browser.close()
 
