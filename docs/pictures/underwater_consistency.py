@@ -64,7 +64,8 @@ def main() -> None:
     weak, survey = (json.loads(Path(name).read_text()) for name in sys.argv[1:3])
     titles = (*(title for _, title in RUNS), "mission within 3 standard deviations [%]")
     figure = make_subplots(
-        rows=2, cols=3, specs=[[{}, {}, {"rowspan": 2}], [{}, {}, None]], subplot_titles=(*titles, "", ""), column_widths=[0.34, 0.34, 0.32],
+        rows=2, cols=3, specs=[[{}, {}, {"rowspan": 2}], [{}, {}, None]], subplot_titles=(*titles, "", ""),
+        column_widths=[0.34, 0.34, 0.32],
         horizontal_spacing=0.06, vertical_spacing=0.08,
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as scratch:
