@@ -1,5 +1,6 @@
 """A survey from sonar pictures to a map: simulated, detected, corrected."""
 
+import csv
 import json
 from pathlib import Path
 
@@ -43,6 +44,29 @@ def test_contacts_correct_the_track(survey: Path, tmp_path: Path) -> None:
     assert summary["loop_closures"] > 0
     assert summary["trajectory_rmse_m"] < summary["dead_reckoning_rmse_m"]
     assert summary["map_error_matched"] >= 30
+
+
+def test_the_run_leaves_a_picture_of_each_contact_and_its_coverage(survey: Path, tmp_path: Path) -> None:
+    directory = tmp_path / "run"
+    assert run("run", survey, "--out", directory) == 0
+    with (directory / "contacts.csv").open(newline="") as file:
+        named = [row["snippet"] for row in csv.DictReader(file) if row["snippet"]]
+    assert len(named) >= 40
+    assert len(set(named)) == len(named)
+    assert all((directory / name).is_file() for name in named)
+    with (directory / "sightings.csv").open(newline="") as file:
+        sightings = list(csv.DictReader(file))
+    summary = json.loads((directory / "summary.json").read_text())
+    assert len(sightings) == summary["sightings"] == summary["observations"]
+    assert {row["contact"] for row in sightings} >= {
+        name.removeprefix("snippets/contact-").removesuffix(".png").lstrip("0") for name in named
+    } - {""}
+    # five lines of 120 m, 20 m apart, with 29 m to each side, and cross lines: the whole of 120 m x 80 m and what lies around it
+    assert 120 * 80 < summary["coverage_area_m2"] < summary["surveyed_area_m2"] < 200 * 170
+    assert summary["coverage_twice_fraction"] < summary["coverage_fraction"] < 1.0
+    page = (directory / "report.html").read_text(encoding="utf-8")
+    assert page.count('class="contact-card"') == len(named)
+    assert len(page) < 15e6
 
 
 def test_a_survey_can_be_replaced(survey: Path) -> None:
