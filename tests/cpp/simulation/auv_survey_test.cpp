@@ -167,6 +167,41 @@ TEST(AuvSurvey, EndsAfterItsDuration) {
     EXPECT_EQ(cut.truth[i].world_T_vehicle.vector(), longer.truth[i].world_T_vehicle.vector());
 }
 
+TEST(AuvSurvey, A24_FalseSightingsAndTideComeOnTopOfAnUnchangedSurvey) {
+  AuvSimulationConfig config;
+  const SurveyWorld world = survey_world({}, 6);
+  const SimulatedSurvey plain = simulate_survey(world, config, 6);
+  config.mirrored_fraction = 0.5;
+  config.clutter_per_s = 0.2;
+  config.tide_m = 2.0;
+  config.tide_period_s = 1500.0;
+  const SimulatedSurvey doubtful = simulate_survey(world, config, 6);
+  ASSERT_EQ(plain.ticks.size(), doubtful.ticks.size());
+  int real = 0, mirrored = 0, clutter = 0;
+  double straight_s = 0.0;
+  for (std::size_t i = 0; i < plain.ticks.size(); ++i) {
+    const SideScanSightings& seen = plain.ticks[i].sightings;
+    const SideScanSightings& all = doubtful.ticks[i].sightings;
+    ASSERT_GE(all.size(), seen.size());
+    for (std::size_t k = 0; k < seen.size(); ++k) EXPECT_EQ(all[k].vehicle_p_point, seen[k].vehicle_p_point);
+    for (std::size_t k = seen.size(); k < all.size(); ++k) {
+      EXPECT_GE(*all[k].landmark_id, kFirstClutterId);
+      bool is_mirrored = false;
+      for (const SideScanSighting& of : seen) {
+        is_mirrored |= of.vehicle_p_point.cwiseProduct(Eigen::Vector3d(1.0, -1.0, 1.0)) == all[k].vehicle_p_point;
+      }
+      (is_mirrored ? mirrored : clutter) += 1;
+    }
+    real += static_cast<int>(seen.size());
+    straight_s += std::abs(plain.truth[i].rates_rad_s.z()) <= config.max_turn_rate_rad_s ? config.step_s : 0.0;
+    const double tide_m = 2.0 * std::sin(2.0 * kPi * plain.ticks[i].time_s / 1500.0);
+    EXPECT_NEAR(*doubtful.ticks[i].depth_m - *plain.ticks[i].depth_m, tide_m, 1e-9);
+    EXPECT_EQ(doubtful.ticks[i].altitude_m, plain.ticks[i].altitude_m);
+  }
+  EXPECT_NEAR(mirrored, 0.5 * real, 4.0 * std::sqrt(0.25 * real));
+  EXPECT_NEAR(clutter, 0.2 * straight_s, 4.0 * std::sqrt(0.2 * straight_s));
+}
+
 TEST(AuvSurvey, SaysWhatItCannotSimulate) {
   AuvSimulationConfig config;
   config.step_s = 0.0;

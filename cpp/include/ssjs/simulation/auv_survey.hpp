@@ -170,9 +170,9 @@ struct SimulatedSurvey {
 using SeabedDepth = std::function<double(const Eigen::Vector2d&)>;
 
 /// Drives the lines once. Streams of the seed: "gyro", "attitude", "compass", "depth", "altitude", "velocity", "side scan" (measurements),
-/// "mirrored", "clutter" (sightings of nothing), "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss" (which samples are missing). A `seabed` is the
-/// one that the altitude is measured over; without it the depth under the vehicle walks. Throws InvalidArgument for a configuration out of
-/// its rules or a path that cannot be driven.
+/// "mirrored", "clutter" (sightings of nothing), "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss"
+/// (which samples are missing). A `seabed` is the one that the altitude is measured over; without it the depth under the vehicle walks.
+/// Throws InvalidArgument for a configuration out of its rules or a path that cannot be driven.
 [[nodiscard]] SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed,
                                               const SeabedDepth& seabed = {});
 
