@@ -105,15 +105,16 @@ def row_of(mission: Path, run: Path) -> dict[str, Any]:
     }
 
 
-def rows_of(seed: int, folder: Path) -> list[dict[str, Any]]:
+def rows_of(seed: int, folder: Path, methods: list[str], assignments: list[str]) -> list[dict[str, Any]]:
     rows = []
+    sets = [part for assignment in assignments for part in ("--set", assignment)]
     for threshold in (*THRESHOLDS, "points"):
         mission = folder / f"{threshold}-{seed}"
         scenario = ["aekf-loop"] if threshold == "points" else ["aekf-loop-images", "--set", f"segmentation.method={threshold}"]
         call(["simulate", *scenario, "--seed", str(seed), "--out", str(mission), "--json"])
-        for method in METHODS:
+        for method in methods:
             run = folder / f"{threshold}-{seed}-{method}"
-            call(["run", str(mission), "--method", method, "--out", str(run), "--no-report", "--json"])
+            call(["run", str(mission), "--method", method, "--out", str(run), "--no-report", "--json", *sets])
             rows.append({"threshold": threshold, "method": method, "seed": seed, **row_of(mission, run)})
     return rows
 
@@ -133,6 +134,8 @@ def show(rows: list[dict[str, Any]]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1-10")
+    parser.add_argument("--methods", default=",".join(METHODS))
+    parser.add_argument("--set", action="append", default=[], dest="assignments", help="key=value of the runs")
     parser.add_argument("--out", type=Path, help="a CSV with one row a run; with --read: is read instead")
     parser.add_argument("--read", action="store_true")
     parser.add_argument("--tables", action="store_true")
@@ -148,7 +151,7 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     for seed in range(first, last + 1):
         with tempfile.TemporaryDirectory() as folder:
-            rows += rows_of(seed, Path(folder))
+            rows += rows_of(seed, Path(folder), given.methods.split(","), given.assignments)
         if given.out is not None:
             with given.out.open("w", encoding="utf-8", newline="") as file:
                 writer = csv.DictWriter(file, list(rows[0]))
