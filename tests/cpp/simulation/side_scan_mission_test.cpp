@@ -26,7 +26,9 @@ TEST(SideScanMission, TheSonarIsOffWhereTheVehicleIsHigh) {
   std::uint32_t count = 0;
   while (const std::optional<SideScanPing> ping = mission.next_ping()) {
     EXPECT_EQ(ping->number, count++);
-    if (!std::isnan(ping->altitude_m)) EXPECT_LE(ping->altitude_m, 8.0);
+    if (!std::isnan(ping->altitude_m)) {
+      EXPECT_LE(ping->altitude_m, 8.0);
+    }
     longest_gap_s = std::max(longest_gap_s, ping->time_s - last_s);
     last_s = ping->time_s;
   }
