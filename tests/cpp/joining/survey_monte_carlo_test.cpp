@@ -195,15 +195,5 @@ TEST(SurveyMonteCarlo, MirroredEchoesAndClutterLong) {
   }
 }
 
-TEST(SurveyMonteCarlo, SeveralHoursLong) {
-  Case c;
-  c.world.lines = 24;
-  c.world.line_length_m = 500.0;
-  c.world.cross_lines = 6;
-  c.world.landmarks = 1500;
-  const Outcome outcome = run("14 km, 2.6 hours", c, 6);
-  EXPECT_LT(outcome.bases.joint_per_dof, 1.25);
-}
-
 }  // namespace
 }  // namespace ssjs
