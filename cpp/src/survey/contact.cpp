@@ -24,11 +24,66 @@ TraceLevels trace_levels(const ContactConfig& config, double column_m) {
 
 /// (SS-33) Both ends lie anywhere in the row where they are found, the middle anywhere between what detector and trace say, and where
 /// the object runs out of the picture as much may be missing as is seen.
-double along_variance_m2(const ObjectTrace& trace, const cv::Rect& box, int rows, double spacing_m) {
+double along_variance_rows(const ObjectTrace& trace, const cv::Rect& box, int rows) {
   const double apart = 0.5 * (trace.rows.first + trace.rows.end) - (box.y + 0.5 * box.height);
   const bool is_cut = trace.rows.first <= 0 || trace.rows.end >= rows;
   const double missing = is_cut ? trace.rows.end - trace.rows.first : 0.0;
-  return spacing_m * spacing_m * (1.0 / 24.0 + apart * apart / 12.0 + missing * missing);
+  return 1.0 / 24.0 + apart * apart / 12.0 + missing * missing;
+}
+
+/// Of an object whose measures are known but for those along track, and whose box is.
+struct Extent {
+  RowExtent rows;
+  double across_sigma_m = 0;       ///< of its middle, on the ground
+  double along_variance_rows = 0;  ///< of its middle, rows squared
+};
+
+double middle_of(const RowExtent& rows) { return 0.5 * (rows.first + rows.end) - 0.5; }  // row r is the ping at r
+
+std::size_t row_abeam(const ContactPicture& picture, double middle) {
+  return static_cast<std::size_t>(std::clamp(std::lround(middle), 0L, static_cast<long>(picture.pings.size()) - 1));
+}
+
+const SideScanPing& ping_abeam(const ContactPicture& picture, double middle) { return picture.pings[row_abeam(picture, middle)]; }
+
+/// The contact where it lies, with the ping it is abeam of. None where that ping has no altitude or sees no ground so near.
+std::optional<SideScanContact> placed(const ContactPicture& picture, SideScanContact contact, const Extent& extent,
+                                      const SideScanGeometryConfig& geometry) {
+  const double middle = middle_of(extent.rows);
+  const std::size_t abeam = row_abeam(picture, middle);
+  const SideScanPing& ping = picture.pings[abeam];
+  if (!(ping.altitude_m > 0)) return std::nullopt;
+  const cv::Rect& box = contact.box.box;
+  contact.side = contact.box.side;
+  contact.slant_range_m = std::hypot(contact.ground_range_m, first_return_m(ping));
+  const std::size_t first_row = abeam > 5 ? abeam - 5 : 0;
+  const std::size_t last_row = std::min(abeam + 5, picture.pings.size() - 1);
+  const double spacing_m = row_spacing_m(picture.pings, first_row, last_row);
+  contact.row_m = spacing_m;
+  contact.column_m = picture.waterfall.column_m;
+  contact.length_m =
+      std::max((extent.rows.end - extent.rows.first) * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
+
+  SideScanGeometryConfig measured = geometry;
+  if (std::isfinite(ping.speed_m_s)) measured.speed_m_s = ping.speed_m_s;
+  measured.sample_m = std::max(geometry.sample_m, picture.waterfall.column_m);
+  measured.range_sigma_m = std::hypot(geometry.range_sigma_m, extent.across_sigma_m * contact.ground_range_m / contact.slant_range_m);
+  std::optional<SideScanPoint> point =
+      body_point({contact.side, contact.slant_range_m, ping.altitude_m, or_zero(ping.roll_rad), or_zero(ping.pitch_rad)}, measured);
+  if (!point) return std::nullopt;
+  point->position_m.x() += (middle - static_cast<double>(abeam)) * spacing_m;
+  point->covariance_m2(0, 0) += spacing_m * spacing_m * extent.along_variance_rows;  // (SS-33)
+  contact.body_p_contact = *point;
+  const SideScanChannel* channel = channel_of(ping, contact.side, 0);
+  if (channel) contact.sample = sample_at_slant_range(ping, *channel, contact.slant_range_m);
+  contact.ping = ping.number;
+  contact.navigation = ping;
+  contact.navigation.channels.clear();
+  contact.time_s = ping.time_s;
+  contact.index = picture.first_index + abeam;
+  contact.first_index = picture.first_index + static_cast<std::uint64_t>(box.y);
+  contact.last_index = picture.first_index + static_cast<std::uint64_t>(box.y + box.height - 1);
+  return contact;
 }
 
 }  // namespace
@@ -75,10 +130,10 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
 
   SideScanContact contact;
   contact.confidence = trace->confidence;
+  contact.box = {detected.side, box};
   // (SS-33) abeam of the middle of echo and shadow
-  const double middle = 0.5 * (trace->rows.first + trace->rows.end) - 0.5;  // row r is the ping at r
-  const auto abeam = static_cast<std::size_t>(std::clamp(std::lround(middle), 0L, static_cast<long>(picture.pings.size()) - 1));
-  const SideScanPing& ping = picture.pings[abeam];
+  const double middle = middle_of(trace->rows);
+  const SideScanPing& ping = ping_abeam(picture, middle);
   if (!(ping.altitude_m > 0)) return std::nullopt;
 
   // (SS-18), (SS-35)
@@ -92,36 +147,19 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   contact.shadow_m = (shadow.end - shadow.start) * waterfall.column_m;
   contact.height_m = centre.height_m;
   contact.ground_range_m = centre.ground_range_m;
-  contact.slant_range_m = std::hypot(contact.ground_range_m, first_m);
   contact.width_m = centre.width_m;
-  const std::size_t first_row = abeam > 5 ? abeam - 5 : 0;
-  const std::size_t last_row = std::min(abeam + 5, picture.pings.size() - 1);
-  const double spacing_m = row_spacing_m(picture.pings, first_row, last_row);
-  contact.length_m =
-      std::max((trace->rows.end - trace->rows.first) * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
+  return placed(picture, contact, {trace->rows, centre.sigma_m, along_variance_rows(*trace, box, picture.grey.rows)}, geometry);
+}
 
-  SideScanGeometryConfig measured = geometry;
-  if (std::isfinite(ping.speed_m_s)) measured.speed_m_s = ping.speed_m_s;
-  measured.sample_m = std::max(geometry.sample_m, waterfall.column_m);
-  measured.range_sigma_m = std::hypot(geometry.range_sigma_m, centre.sigma_m * contact.ground_range_m / contact.slant_range_m);
-  std::optional<SideScanPoint> point =
-      body_point({detected.side, contact.slant_range_m, ping.altitude_m, or_zero(ping.roll_rad), or_zero(ping.pitch_rad)}, measured);
-  if (!point) return std::nullopt;
-  point->position_m.x() += (middle - static_cast<double>(abeam)) * spacing_m;
-  point->covariance_m2(0, 0) += along_variance_m2(*trace, box, picture.grey.rows, spacing_m);  // (SS-33)
-  contact.box = {detected.side, box};
-  contact.body_p_contact = *point;
-  const SideScanChannel* channel = channel_of(ping, detected.side, 0);
-  if (channel) contact.sample = sample_at_slant_range(ping, *channel, contact.slant_range_m);
-  contact.ping = ping.number;
-  contact.navigation = ping;
-  contact.navigation.channels.clear();
-  contact.time_s = ping.time_s;
-  contact.side = detected.side;
-  contact.index = picture.first_index + abeam;
-  contact.first_index = picture.first_index + static_cast<std::uint64_t>(box.y);
-  contact.last_index = picture.first_index + static_cast<std::uint64_t>(box.y + box.height - 1);
-  return contact;
+std::optional<SideScanContact> measure_structure(const ContactPicture& picture, SideScanContact contact,
+                                                 const SideScanGeometryConfig& geometry) {
+  const cv::Rect& box = contact.box.box;
+  const int near = contact.box.side == SonarSide::kStarboard ? box.x - picture.waterfall.nadir_column
+                                                             : picture.waterfall.nadir_column - box.x - box.width;
+  contact.width_m = box.width * picture.waterfall.column_m;
+  contact.ground_range_m = std::max(near + 0.5 * box.width, 0.0) * picture.waterfall.column_m;
+  const RowExtent rows{static_cast<double>(box.y), static_cast<double>(box.y + box.height)};
+  return placed(picture, contact, {rows, contact.width_m / std::sqrt(12.0), box.height * box.height / 12.0}, geometry);
 }
 
 std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contacts, double merge_m) {
@@ -132,27 +170,31 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
   });
   const auto touches = [&](const SideScanContact& a, const SideScanContact& b) {
     if (a.side != b.side) return false;
-    if (std::abs(a.ground_range_m - b.ground_range_m) > 0.5 * (a.width_m + b.width_m) + merge_m) return false;
+    const cv::Rect& one = a.box.box;
+    const cv::Rect& other = b.box.box;
+    const int columns = std::max(one.x, other.x) - std::min(one.x + one.width, other.x + other.width);
     const double rows =
         static_cast<double>(std::max(a.first_index, b.first_index)) - static_cast<double>(std::min(a.last_index, b.last_index));
-    const double row_m = a.length_m / static_cast<double>(a.last_index - a.first_index + 1);
-    return rows * row_m <= merge_m;
+    return columns * a.column_m <= merge_m && rows * a.row_m <= merge_m;
+  };
+  const auto take_in = [](SideScanContact& known, const SideScanContact& other) {
+    SideScanContact surest = other.confidence * other.length_m > known.confidence * known.length_m ? other : known;
+    surest.first_index = std::min(known.first_index, other.first_index);
+    surest.last_index = std::max(known.last_index, other.last_index);
+    surest.length_m = surest.row_m * static_cast<double>(surest.last_index - surest.first_index + 1);
+    surest.pieces = known.pieces + other.pieces;
+    surest.box.box = known.box.box | other.box.box;
+    known = surest;
   };
   std::vector<SideScanContact> merged;
   for (SideScanContact& contact : contacts) {
-    const auto other = std::find_if(merged.begin(), merged.end(), [&](const SideScanContact& known) { return touches(known, contact); });
-    if (other == merged.end()) {
-      merged.push_back(contact);
-      continue;
+    const auto touching = [&](const SideScanContact& known) { return touches(known, contact); };
+    for (auto other = std::find_if(merged.begin(), merged.end(), touching); other != merged.end();
+         other = std::find_if(merged.begin(), merged.end(), touching)) {  // it may tie together what was apart
+      take_in(contact, *other);
+      merged.erase(other);
     }
-    SideScanContact surest = contact.confidence * contact.length_m > other->confidence * other->length_m ? contact : *other;
-    const double row_m = surest.length_m / static_cast<double>(surest.last_index - surest.first_index + 1);
-    surest.first_index = std::min(other->first_index, contact.first_index);
-    surest.last_index = std::max(other->last_index, contact.last_index);
-    surest.length_m = row_m * static_cast<double>(surest.last_index - surest.first_index + 1);
-    surest.pieces = other->pieces + contact.pieces;
-    surest.box.box = other->box.box | contact.box.box;
-    *other = surest;
+    merged.push_back(contact);
   }
   std::sort(merged.begin(), merged.end(), [](const SideScanContact& a, const SideScanContact& b) {
     if (a.index != b.index) return a.index < b.index;

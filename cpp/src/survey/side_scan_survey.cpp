@@ -14,6 +14,8 @@
 namespace ssjs {
 namespace {
 
+constexpr double kLeastPartInOne = 0.5;  // of the length of all pieces, where they are one simple object
+
 constexpr std::size_t kTurnPings = 5;  // before and after: a turn rate from two headings alone is noise
 
 void set_altitudes(std::vector<SideScanPing>& pings, const SideScanSurveyConfig& config) {
@@ -138,6 +140,8 @@ std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   for (SideScanContact& contact : contacts) {
     if (contact.pieces == 1) continue;
     std::optional<SideScanContact> whole = measure_contact(picture, contact.box, config_.contact, config_.geometry);
+    const bool is_one_object = whole && whole->length_m > kLeastPartInOne * contact.length_m;
+    if (!is_one_object) whole = measure_structure(picture, contact, config_.geometry);  // (SS-36)
     if (!whole) continue;
     whole->pieces = contact.pieces;
     contact = *whole;

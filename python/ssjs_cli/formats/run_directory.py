@@ -107,6 +107,7 @@ SPACE_COVARIANCE_NAMES = (
 PLANAR_NAMES = ("var_xx", "cov_xy", "cov_xh", "var_yy", "cov_yh", "var_hh")
 LANDMARK_HEADER = "id,x_m,y_m,z_m,var_xx,cov_xy,cov_xz,var_yy,cov_yz,var_zz,times_seen,submap"
 PASSES_HEADER = "passes_seen,passes_expected,existence,confirmed"  # under water
+LANDMARK_NAMES, PASSES_NAMES = tuple(LANDMARK_HEADER.split(",")), tuple(PASSES_HEADER.split(","))
 ERROR_HEADER = "time_s,error_m,is_outlier,error_x_m,error_y_m,sigma_x_m,sigma_y_m,sigma_major_m"
 
 MEASURED_KEYS = ("steps", "observations", "landmarks", "submaps", "loop_candidates", "loop_closures", "fusions", "wrong_pairs")
@@ -448,7 +449,7 @@ def read_estimate(directory: Path) -> Estimate:
 
 def _read_covariance(path: Path, rows: int) -> FloatArray:
     """(rows, 6), or (rows, 21) of a vehicle under water."""
-    table = read_table(path, required=COVARIANCE_NAMES, other_columns_allowed=True)
+    table = read_table(path, required=COVARIANCE_NAMES, optional=SPACE_COVARIANCE_NAMES, other_columns_allowed=True)
     if table.rows != rows:
         raise UserError(f"{path}: has {table.rows} rows where the trajectory has {rows}; run the mission again")
     in_space = all(name in table for name in SPACE_COVARIANCE_NAMES)
@@ -456,7 +457,7 @@ def _read_covariance(path: Path, rows: int) -> FloatArray:
 
 
 def _read_landmarks(path: Path, ids_are_of_source: bool) -> Landmarks:
-    table = read_table(path, required=tuple(LANDMARK_HEADER.split(",")), other_columns_allowed=True)
+    table = read_table(path, required=LANDMARK_NAMES, optional=PASSES_NAMES, other_columns_allowed=True)
     return Landmarks(
         whole_numbers(table, "id"),
         ids_are_of_source,

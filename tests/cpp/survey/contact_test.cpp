@@ -123,24 +123,27 @@ TEST(ContactTest, NoShadowNoContactAndACutShadowSaysSo) {
   EXPECT_THROW(static_cast<void>(measure_contact(drawn.picture(), {SonarSide::kPort, {700, 0, 5, 5}}, {}, {})), InvalidArgument);
 }
 
-TEST(ContactTest, PiecesOfOneObjectBecomeOneAndNeighboursStayTwo) {
+/// A piece in the rows [first, first + 4), columns of 0.1 m, rows of 0.2 m.
+SideScanContact piece_at(int first, cv::Range columns, double confidence) {
   SideScanContact piece;
   piece.side = SonarSide::kPort;
-  piece.ground_range_m = 12;
-  piece.width_m = 1;
+  piece.box = {SonarSide::kPort, cv::Rect(columns.start, first, columns.size(), 4)};
+  piece.row_m = 0.2;
+  piece.column_m = 0.1;
   piece.length_m = 0.8;
-  piece.first_index = 10;
-  piece.last_index = 13;
-  piece.confidence = 0.7;
-  SideScanContact next = piece;  // 0.6 m further along
-  next.first_index = 16;
-  next.last_index = 19;
-  next.ground_range_m = 12.5;
-  next.confidence = 0.8;
+  piece.first_index = static_cast<std::uint64_t>(first);
+  piece.last_index = piece.first_index + 3;
+  piece.index = piece.first_index + 2;
+  piece.confidence = confidence;
+  return piece;
+}
+
+TEST(ContactTest, PiecesOfOneObjectBecomeOneAndNeighboursStayTwo) {
+  const SideScanContact piece = piece_at(10, {115, 125}, 0.7);
+  const SideScanContact next = piece_at(16, {120, 130}, 0.8);  // 0.6 m further along
   SideScanContact other_side = piece;
   other_side.side = SonarSide::kStarboard;
-  SideScanContact far = piece;
-  far.ground_range_m = 20;
+  const SideScanContact far = piece_at(10, {195, 205}, 0.7);
   const std::vector<SideScanContact> merged = merge_contacts({next, far, piece, other_side}, 1.0);
   ASSERT_EQ(merged.size(), 3U);
   int pieces = 0;
@@ -151,9 +154,20 @@ TEST(ContactTest, PiecesOfOneObjectBecomeOneAndNeighboursStayTwo) {
     EXPECT_EQ(contact.first_index, 10U);
     EXPECT_EQ(contact.last_index, 19U);
     EXPECT_NEAR(contact.length_m, 10 * 0.2, 1e-12);
+    EXPECT_EQ(contact.box.box, cv::Rect(115, 10, 15, 10));
   }
   EXPECT_EQ(pieces, 4);
   EXPECT_EQ(merge_contacts({next, piece}, 0.3).size(), 2U);
+}
+
+TEST(ContactTest, WhatALaterPieceTiesTogetherIsOne) {
+  const SideScanContact near = piece_at(10, {100, 110}, 0.7);
+  const SideScanContact far = piece_at(12, {160, 170}, 0.7);  // 5 m from the other
+  const SideScanContact between = piece_at(15, {105, 165}, 0.7);
+  ASSERT_EQ(merge_contacts({near, far}, 1.0).size(), 2U);
+  const std::vector<SideScanContact> merged = merge_contacts({near, far, between}, 1.0);
+  ASSERT_EQ(merged.size(), 1U);
+  EXPECT_EQ(merged[0].pieces, 3);
 }
 
 TEST(ContactTest, RowSpacingFromPositionsOrSpeed) {

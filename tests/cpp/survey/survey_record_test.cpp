@@ -26,7 +26,7 @@ struct Kept {
 
 Kept record(const std::vector<SideScanPing>& pings, const SideScanSurveyConfig& config) {
   Kept kept;
-  SideScanSurvey survey(config, [&](const FinishedBlock& finished) {
+  SideScanSurvey survey(config, std::nullopt, [&](const FinishedBlock& finished) {
     const std::vector<PingReach> reach = own_reach(finished);
     kept.reach.insert(kept.reach.end(), reach.begin(), reach.end());
     kept.rows.push_back(own_rows(finished));
@@ -108,7 +108,7 @@ TEST(SurveyRecordTest, ThePictureAroundAContactHoldsItsEchoAndItsShadow) {
 
 TEST(SurveyRecordTest, APingOfAnotherBlockIsRefused) {
   bool called = false;
-  SideScanSurvey survey({}, [&](const FinishedBlock& finished) {
+  SideScanSurvey survey({}, std::nullopt, [&](const FinishedBlock& finished) {
     called = true;
     SideScanContact elsewhere;
     elsewhere.index = finished.first_index + 5000;

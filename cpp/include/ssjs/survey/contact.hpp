@@ -39,6 +39,8 @@ struct SideScanContact {
   std::uint64_t first_index = 0;   ///< pings in which it echoes
   std::uint64_t last_index = 0;
   ContactBox box;           ///< of the detector, or of all pieces together; rows and columns of the picture that it was measured in
+  double row_m = 0.0;       ///< distance along track of the rows of the picture it was found in
+  double column_m = 0.0;    ///< ground range of its columns
   SideScanPing navigation;  ///< the ping abeam without its channels: where the sonar was, with the altitude that was used
 };
 
@@ -75,6 +77,11 @@ struct ContactPicture {
 /// None where there is no shadow, where the confidence is too low and where the ping abeam has no altitude.
 [[nodiscard]] std::optional<SideScanContact> measure_contact(const ContactPicture& picture, const ContactBox& detected,
                                                              const ContactConfig& config, const SideScanGeometryConfig& geometry);
+
+/// Something of many parts, like a wreck: `contact` is its surest piece, whose height, shadow and confidence stay; place and size are those
+/// of the box around all pieces, in which its middle may lie anywhere. (SS-36)
+[[nodiscard]] std::optional<SideScanContact> measure_structure(const ContactPicture& picture, SideScanContact contact,
+                                                               const SideScanGeometryConfig& geometry);
 
 /// Contacts of one side whose extents are nearer than `merge_m` become one: the measures are those of the surest piece, extent and box
 /// those of all, so that it can be measured again. In the order of pings, port before starboard.
