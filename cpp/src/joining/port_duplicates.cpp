@@ -1,5 +1,6 @@
 #include "ssjs/joining/port_duplicates.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -23,7 +23,7 @@ double trained_with(const HaarCascade& cascade, const std::string& setting, doub
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
     if (end == text.c_str() + text.size() && !text.empty() && std::isfinite(value)) return value;
-    throw InvalidArgument("cascade_model", setting + " = " + text, "is not a number in the model");
+    throw InvalidArgument("cascade_model: " + setting, text, "is not a number in the model");
   }
   return otherwise;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
@@ -184,7 +185,7 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
     surest.length_m = surest.row_m * static_cast<double>(surest.last_index - surest.first_index + 1);
     surest.pieces = known.pieces + other.pieces;
     surest.box.box = known.box.box | other.box.box;
-    known = surest;
+    known = std::move(surest);
   };
   std::vector<SideScanContact> merged;
   for (SideScanContact& contact : contacts) {

@@ -102,7 +102,7 @@ std::optional<ObjectTrace> trace_object(const SwathView& upright, const cv::Rang
   if (!found) return std::nullopt;
   // Once more in the rows that it stands out in, which may be more or fewer than those of the detector.
   const cv::Range own(static_cast<int>(std::lround(found->rows.first)), static_cast<int>(std::lround(found->rows.end)));
-  const std::optional<ObjectTrace> again = own.size() > 0 ? trace_rows(upright, own, echo, levels) : std::nullopt;
+  const std::optional<ObjectTrace> again = own.empty() ? std::nullopt : trace_rows(upright, own, echo, levels);
   return again ? again : found;
 }
 

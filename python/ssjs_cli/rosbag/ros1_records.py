@@ -81,7 +81,7 @@ def _unpacked(data: bytes, compression: bytes) -> bytes:
     if compression == b"bz2":
         decompressor = bz2.BZ2Decompressor()
     elif compression == b"lz4":
-        import lz4.frame  # type: ignore[import-not-found,unused-ignore]
+        import lz4.frame
 
         decompressor = lz4.frame.LZ4FrameDecompressor()
     else:
