@@ -65,6 +65,7 @@ std::optional<SideScanContact> placed(const ContactPicture& picture, SideScanCon
   contact.length_m =
       std::max((extent.rows.end - extent.rows.first) * spacing_m - geometry.beam_width_rad * contact.slant_range_m, spacing_m);
 
+  contact.traced_m = contact.length_m;
   SideScanGeometryConfig measured = geometry;
   if (std::isfinite(ping.speed_m_s)) measured.speed_m_s = ping.speed_m_s;
   measured.sample_m = std::max(geometry.sample_m, picture.waterfall.column_m);
@@ -184,6 +185,7 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
     surest.last_index = std::max(known.last_index, other.last_index);
     surest.length_m = surest.row_m * static_cast<double>(surest.last_index - surest.first_index + 1);
     surest.pieces = known.pieces + other.pieces;
+    surest.traced_m = known.traced_m + other.traced_m;
     surest.box.box = known.box.box | other.box.box;
     known = std::move(surest);
   };

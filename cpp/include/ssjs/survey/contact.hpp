@@ -39,6 +39,7 @@ struct SideScanContact {
   std::uint64_t first_index = 0;   ///< pings in which it echoes
   std::uint64_t last_index = 0;
   ContactBox box;           ///< of the detector, or of all pieces together; rows and columns of the picture that it was measured in
+  double traced_m = 0.0;    ///< length of all pieces together, as each was measured
   double row_m = 0.0;       ///< distance along track of the rows of the picture it was found in
   double column_m = 0.0;    ///< ground range of its columns
   SideScanPing navigation;  ///< the ping abeam without its channels: where the sonar was, with the altitude that was used
@@ -53,6 +54,7 @@ struct ContactConfig {
   double least_height_m = 0.1;
   double least_confidence = 0.61;
   double merge_m = 1.0;
+  double structure_m = 5.0;
   template <class Visitor>
   void visit(Visitor& v) {
     v.field("seabed_level", seabed_level, Rule{0, 255, true, false}, "of the seabed in the picture after gain normalisation");
@@ -63,6 +65,8 @@ struct ContactConfig {
     v.field("least_height_m", least_height_m, Rule::not_negative(), "what rises less is ripples and speckle");
     v.field("least_confidence", least_confidence, Rule::closed(0, 1), "contacts below it are dropped");
     v.field("merge_m", merge_m, Rule::not_negative(), "contacts of one side nearer than this along and across track are one");
+    v.field("structure_m", structure_m, Rule::positive(),
+            "pieces that reach farther along track without being one object are the parts of a wreck or the like, one contact");
   }
 };
 
