@@ -3,7 +3,8 @@
 
 file(GLOB ssjs_reader_sources CONFIGURE_DEPENDS "cpp/src/io/*.cpp")
 list(FILTER ssjs_reader_sources EXCLUDE REGEX "/event_log\\.cpp$") # no reader
-add_executable(ssjs_fuzz_sonar_log tests/fuzz/sonar_log_fuzz.cpp ${ssjs_reader_sources} cpp/src/base/error.cpp)
+add_executable(ssjs_fuzz_sonar_log tests/fuzz/sonar_log_fuzz.cpp ${ssjs_reader_sources} cpp/src/base/error.cpp
+               cpp/src/features/navigation_tick.cpp)
 ssjs_compile_options(ssjs_fuzz_sonar_log)
 target_include_directories(ssjs_fuzz_sonar_log PRIVATE cpp/include)
 target_link_libraries(ssjs_fuzz_sonar_log PRIVATE Eigen3::Eigen)

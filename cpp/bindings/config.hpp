@@ -16,7 +16,7 @@ namespace ssjs::bindings {
 namespace py = pybind11;
 
 /// Lists every field as a dictionary, keys dotted.
-class FieldLister {
+class FieldLister : public NestedVisitor<FieldLister> {
  public:
   template <class Value>
   void field(std::string_view key, Value& value, const Rule& rule, std::string_view description) {
@@ -39,19 +39,12 @@ class FieldLister {
     append(key, "choice", present, "", description);
     fields_[fields_.size() - 1]["choices"] = names;
   }
-  template <class Config>
-  void section(std::string_view name, Config& config, std::string_view) {
-    const std::string outer = prefix_;
-    prefix_ += std::string(name) + ".";
-    config.visit(*this);
-    prefix_ = outer;
-  }
   [[nodiscard]] py::list fields() const { return fields_; }
 
  private:
   void append(std::string_view key, const char* type, const py::object& value, const std::string& rule, std::string_view description) {
     py::dict entry;
-    entry["key"] = prefix_ + std::string(key);
+    entry["key"] = full_key(key);
     entry["type"] = type;
     entry["default"] = value;
     entry["choices"] = py::none();
@@ -59,7 +52,6 @@ class FieldLister {
     entry["description"] = std::string(description);
     fields_.append(entry);
   }
-  std::string prefix_;
   py::list fields_;
 };
 
@@ -72,7 +64,7 @@ template <class Config>
 }
 
 /// Sets fields from a flat dictionary with dotted keys; keys without a field stay in unused().
-class FieldSetter {
+class FieldSetter : public NestedVisitor<FieldSetter> {
  public:
   explicit FieldSetter(const py::dict& values) : unused_(values.attr("copy")()) {}
 
@@ -89,23 +81,16 @@ class FieldSetter {
     if (found == choices.end()) {
       std::string known;
       for (const auto& choice : choices) known += (known.empty() ? "" : ", ") + choice.first;
-      throw InvalidArgument(prefix_ + std::string(key), name, "must be one of " + known);
+      throw InvalidArgument(full_key(key), name, "must be one of " + known);
     }
     value = found->second;
-  }
-  template <class Config>
-  void section(std::string_view name, Config& config, std::string_view) {
-    const std::string outer = prefix_;
-    prefix_ += std::string(name) + ".";
-    config.visit(*this);
-    prefix_ = outer;
   }
   [[nodiscard]] const py::dict& unused() const { return unused_; }
 
  private:
   template <class Value>
   bool take(std::string_view key, Value& value) {
-    const std::string full = prefix_ + std::string(key);
+    const std::string full = full_key(key);
     if (!unused_.contains(full.c_str())) return false;
     const py::object given = unused_.attr("pop")(full);
     try {
@@ -119,7 +104,6 @@ class FieldSetter {
   void set(std::string_view key, Value& value) {
     take(key, value);
   }
-  std::string prefix_;
   py::dict unused_;
 };
 

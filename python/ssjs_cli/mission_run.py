@@ -148,6 +148,12 @@ def with_contacts(
     return replace(mission, points=body_points(sightings)), sightings
 
 
+def model_digests(settings: Settings) -> dict[str, str]:
+    """Of the files that the settings name: they determine a result as the files of the mission do."""
+    model = detector_model(sonar_values(settings.values)) if settings.kind is UNDERWATER else None
+    return {} if model is None else {SONAR_MODEL.key: model.digest}
+
+
 def settings_kind(mission: Mission) -> SettingsKind:
     return UNDERWATER if mission.odometry is None else ESTIMATOR
 
@@ -255,9 +261,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
     sightings: list[Sighting] = []
     record = SurveyRecord()
     if mission.sonar_logs and mission.points is None:
-        model = detector_model(sonar_values(settings.values))
-        if model is not None:
-            digests[SONAR_MODEL.key] = model.digest
+        digests.update(model_digests(settings))
         with working("looking for contacts in the sonar logs"):
             mission, sightings = with_contacts(mission, settings.values, lost, record)
         stopwatch.lap("detect")

@@ -30,7 +30,7 @@ std::string Rule::text() const {
 }
 
 void Validator::check(std::string_view key, double value, const Rule& rule) {
-  if (!rule.holds(value)) violations_.push_back(prefix_ + std::string(key) + " = " + number(value) + ": " + rule.text());
+  if (!rule.holds(value)) violations_.push_back(full_key(key) + " = " + number(value) + ": " + rule.text());
 }
 
 void Validator::field(std::string_view key, double& value, const Rule& rule, std::string_view) { check(key, value, rule); }

@@ -30,7 +30,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 bool FieldSetter::is_wanted(std::string_view key) {
-  keys_.push_back(prefix_ + std::string(key));
+  keys_.push_back(full_key(key));
   if (keys_.back() != key_) return false;
   found_ = true;
   return true;

@@ -49,12 +49,6 @@ OnlineSurveyConfig configured(const Setting* settings, std::size_t count) {
   return config;
 }
 
-NavigationTick at(double time_s) {
-  NavigationTick tick;
-  tick.time_s = time_s;
-  return tick;
-}
-
 }  // namespace
 
 class Estimator::Inside {
@@ -108,44 +102,44 @@ Estimator& Estimator::operator=(Estimator&& other) noexcept {
 }
 
 Arrival Estimator::feed(const Gyro& sample) noexcept {
-  NavigationTick tick = at(sample.time_s);
+  NavigationTick tick = tick_at(sample.time_s);
   tick.gyro_rad_s = Eigen::Map<const Eigen::Vector3d>(sample.rates_rad_s);
   return inside_->feed(tick);
 }
 
 Arrival Estimator::feed(const Attitude& sample) noexcept {
-  NavigationTick tick = at(sample.time_s);
+  NavigationTick tick = tick_at(sample.time_s);
   tick.roll_pitch_rad = Eigen::Vector2d(sample.roll_rad, sample.pitch_rad);
   return inside_->feed(tick);
 }
 
 Arrival Estimator::feed(const Compass& sample) noexcept {
-  NavigationTick tick = at(sample.time_s);
+  NavigationTick tick = tick_at(sample.time_s);
   tick.compass_rad = sample.heading_rad;
   return inside_->feed(tick);
 }
 
 Arrival Estimator::feed(const Depth& sample) noexcept {
-  NavigationTick tick = at(sample.time_s);
+  NavigationTick tick = tick_at(sample.time_s);
   tick.depth_m = sample.depth_m;
   return inside_->feed(tick);
 }
 
 Arrival Estimator::feed(const Altitude& sample) noexcept {
-  NavigationTick tick = at(sample.time_s);
+  NavigationTick tick = tick_at(sample.time_s);
   tick.altitude_m = sample.altitude_m;
   return inside_->feed(tick);
 }
 
 Arrival Estimator::feed(const Velocity& sample) noexcept {
-  NavigationTick tick = at(sample.time_s);
+  NavigationTick tick = tick_at(sample.time_s);
   tick.velocity = VelocitySample{Eigen::Map<const Eigen::Vector3d>(sample.velocity_m_s), sample.bottom_lock, std::nullopt};
   return inside_->feed(tick);
 }
 
 Arrival Estimator::feed(const Sighting& sample) noexcept {
   return inside_->guarded(Arrival::kFailed, [&] {
-    NavigationTick tick = at(sample.time_s);
+    NavigationTick tick = tick_at(sample.time_s);
     SideScanSighting sighting;
     sighting.vehicle_p_point = Eigen::Map<const Eigen::Vector3d>(sample.position_m);
     if (sample.has_covariance) sighting.covariance = Eigen::Map<const Eigen::Matrix3d>(sample.covariance_m2);

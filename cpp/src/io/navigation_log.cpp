@@ -6,30 +6,6 @@
 #include "ssjs/io/log_checks.hpp"
 
 namespace ssjs {
-namespace {
-
-NavigationTick at(double time_s) {
-  NavigationTick tick;
-  tick.time_s = time_s;
-  return tick;
-}
-
-/// Everything that `later` holds comes into `tick`.
-void merge(NavigationTick& tick, NavigationTick& later) {
-  const auto take = [](auto& mine, auto& other) {
-    if (other) mine = std::move(other);
-  };
-  take(tick.gyro_rad_s, later.gyro_rad_s);
-  take(tick.roll_pitch_rad, later.roll_pitch_rad);
-  take(tick.compass_rad, later.compass_rad);
-  take(tick.depth_m, later.depth_m);
-  take(tick.altitude_m, later.altitude_m);
-  take(tick.velocity, later.velocity);
-  tick.sightings.insert(tick.sightings.end(), later.sightings.begin(), later.sightings.end());
-}
-
-}  // namespace
-
 void NavigationLog::add_attitude(const Column& time_s, const Table& roll_pitch_yaw_rad) {
   check_rows("attitude", roll_pitch_yaw_rad.rows(), time_s.size());
   check_columns("attitude", roll_pitch_yaw_rad.cols(), 3);
@@ -37,7 +13,7 @@ void NavigationLog::add_attitude(const Column& time_s, const Table& roll_pitch_y
   check_finite("attitude", "roll, pitch, yaw", roll_pitch_yaw_rad);
   make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
-    NavigationTick tick = at(time_s(i));
+    NavigationTick tick = tick_at(time_s(i));
     tick.roll_pitch_rad = Eigen::Vector2d(roll_pitch_yaw_rad(i, 0), roll_pitch_yaw_rad(i, 1));
     tick.compass_rad = roll_pitch_yaw_rad(i, 2);
     add(std::move(tick));
@@ -51,7 +27,7 @@ void NavigationLog::add_gyro(const Column& time_s, const Table& body_rates_rad_s
   check_finite("gyro", "body rates", body_rates_rad_s);
   make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
-    NavigationTick tick = at(time_s(i));
+    NavigationTick tick = tick_at(time_s(i));
     tick.gyro_rad_s = Eigen::Vector3d(body_rates_rad_s.row(i));
     add(std::move(tick));
   }
@@ -63,7 +39,7 @@ void NavigationLog::add_depth(const Column& time_s, const Column& depth_m) {
   check_finite("depth", "depth_m", depth_m);
   make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
-    NavigationTick tick = at(time_s(i));
+    NavigationTick tick = tick_at(time_s(i));
     tick.depth_m = depth_m(i);
     add(std::move(tick));
   }
@@ -75,7 +51,7 @@ void NavigationLog::add_altitude(const Column& time_s, const Column& altitude_m)
   check_finite("altitude", "altitude_m", altitude_m);
   make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
-    NavigationTick tick = at(time_s(i));
+    NavigationTick tick = tick_at(time_s(i));
     tick.altitude_m = altitude_m(i);
     add(std::move(tick));
   }
@@ -88,7 +64,7 @@ void NavigationLog::add_velocity(const Column& time_s, const Table& velocity_m_s
   check_times("velocity", time_s);
   make_room(time_s.size());
   for (Eigen::Index i = 0; i < time_s.size(); ++i) {
-    NavigationTick tick = at(time_s(i));
+    NavigationTick tick = tick_at(time_s(i));
     tick.velocity.emplace();
     tick.velocity->bottom_lock = bottom_lock[static_cast<std::size_t>(i)];
     if (tick.velocity->bottom_lock) {
@@ -123,7 +99,7 @@ void NavigationLog::add_sightings(const Column& time_s, const Table& vehicle_p_p
       sighting.covariance = P;
     }
     if (landmark_id && (*landmark_id)[static_cast<std::size_t>(i)] >= 0) sighting.landmark_id = (*landmark_id)[static_cast<std::size_t>(i)];
-    NavigationTick tick = at(time_s(i));
+    NavigationTick tick = tick_at(time_s(i));
     tick.sightings.push_back(sighting);
     add(std::move(tick));
   }
@@ -141,7 +117,7 @@ const std::vector<NavigationTick>& NavigationLog::ticks() {
     std::vector<NavigationTick> merged;
     for (NavigationTick& tick : ticks_) {
       if (!merged.empty() && merged.back().time_s == tick.time_s) {
-        merge(merged.back(), tick);
+        take_in(merged.back(), tick);
       } else {
         merged.push_back(std::move(tick));
       }

@@ -21,27 +21,6 @@ bool is_finite(const NavigationTick& tick) {
          std::all_of(tick.sightings.begin(), tick.sightings.end(), sighting);
 }
 
-/// The sensors of `more` that `tick` has not heard; false when it has heard one of them.
-bool merge(NavigationTick& tick, const NavigationTick& more) {
-  const auto heard_twice = [](const auto& a, const auto& b) { return a.has_value() && b.has_value(); };
-  if (heard_twice(tick.gyro_rad_s, more.gyro_rad_s) || heard_twice(tick.roll_pitch_rad, more.roll_pitch_rad) ||
-      heard_twice(tick.compass_rad, more.compass_rad) || heard_twice(tick.depth_m, more.depth_m) ||
-      heard_twice(tick.altitude_m, more.altitude_m) || heard_twice(tick.velocity, more.velocity)) {
-    return false;
-  }
-  const auto take = [](auto& into, const auto& from) {
-    if (from) into = from;
-  };
-  take(tick.gyro_rad_s, more.gyro_rad_s);
-  take(tick.roll_pitch_rad, more.roll_pitch_rad);
-  take(tick.compass_rad, more.compass_rad);
-  take(tick.depth_m, more.depth_m);
-  take(tick.altitude_m, more.altitude_m);
-  take(tick.velocity, more.velocity);
-  tick.sightings.insert(tick.sightings.end(), more.sightings.begin(), more.sightings.end());
-  return true;
-}
-
 /// Any order will do that does not depend on which sighting arrived first.
 bool comes_before(const SideScanSighting& a, const SideScanSighting& b) {
   const auto key = [](const SideScanSighting& s) {
@@ -74,7 +53,11 @@ Arrival ReorderWindow::put(const NavigationTick& tick) {
   if (given_out_s_ && tick.time_s <= *given_out_s_) return Arrival::kLate;
   if (newest_s_ && tick.time_s < *newest_s_ - config_.window_s) return Arrival::kLate;
   const auto at = waiting_.find(tick.time_s);
-  if (at != waiting_.end()) return merge(at->second, tick) ? Arrival::kTaken : Arrival::kDuplicate;
+  if (at != waiting_.end()) {
+    if (share_a_sensor(at->second, tick)) return Arrival::kDuplicate;
+    take_in(at->second, tick);
+    return Arrival::kTaken;
+  }
   if (waiting_.size() >= static_cast<std::size_t>(config_.capacity)) return Arrival::kFlood;
   waiting_.emplace(tick.time_s, tick);
   newest_s_ = std::max(newest_s_.value_or(tick.time_s), tick.time_s);

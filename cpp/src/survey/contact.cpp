@@ -12,6 +12,9 @@
 namespace ssjs {
 namespace {
 
+constexpr double kLeastPartInOne = 0.5;         // of the length of all pieces, where they are one object
+constexpr double kLeastPartTraced = 1.0 / 3.0;  // of the length of a structure, by its pieces; a box of noise holds less
+
 double or_zero(double value) { return std::isfinite(value) ? value : 0.0; }
 
 TraceLevels trace_levels(const ContactConfig& config, double column_m) {
@@ -54,8 +57,7 @@ std::optional<SideScanContact> placed(const ContactPicture& picture, SideScanCon
   const std::size_t abeam = row_abeam(picture, middle);
   const SideScanPing& ping = picture.pings[abeam];
   if (!(ping.altitude_m > 0)) return std::nullopt;
-  const cv::Rect& box = contact.box.box;
-  contact.side = contact.box.side;
+  const cv::Rect& box = contact.box;
   contact.slant_range_m = std::hypot(contact.ground_range_m, first_return_m(ping));
   const std::size_t first_row = abeam > 5 ? abeam - 5 : 0;
   const std::size_t last_row = std::min(abeam + 5, picture.pings.size() - 1);
@@ -86,6 +88,18 @@ std::optional<SideScanContact> placed(const ContactPicture& picture, SideScanCon
   contact.first_index = picture.first_index + static_cast<std::uint64_t>(box.y);
   contact.last_index = picture.first_index + static_cast<std::uint64_t>(box.y + box.height - 1);
   return contact;
+}
+
+/// (SS-36) The surest piece, put into the middle of the box.
+std::optional<SideScanContact> measure_structure(const ContactPicture& picture, SideScanContact contact,
+                                                 const SideScanGeometryConfig& geometry) {
+  const cv::Rect& box = contact.box;
+  const int near =
+      contact.side == SonarSide::kStarboard ? box.x - picture.waterfall.nadir_column : picture.waterfall.nadir_column - box.x - box.width;
+  contact.width_m = box.width * picture.waterfall.column_m;
+  contact.ground_range_m = std::max(near + 0.5 * box.width, 0.0) * picture.waterfall.column_m;
+  const RowExtent rows{static_cast<double>(box.y), static_cast<double>(box.y + box.height)};
+  return placed(picture, contact, {rows, contact.width_m / std::sqrt(12.0), box.height * box.height / 12.0}, geometry);
 }
 
 }  // namespace
@@ -132,7 +146,8 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
 
   SideScanContact contact;
   contact.confidence = trace->confidence;
-  contact.box = {detected.side, box};
+  contact.side = detected.side;
+  contact.box = box;
   // (SS-33) abeam of the middle of echo and shadow
   const double middle = middle_of(trace->rows);
   const SideScanPing& ping = ping_abeam(picture, middle);
@@ -153,17 +168,6 @@ std::optional<SideScanContact> measure_contact(const ContactPicture& picture, co
   return placed(picture, contact, {trace->rows, centre.sigma_m, along_variance_rows(*trace, box, picture.grey.rows)}, geometry);
 }
 
-std::optional<SideScanContact> measure_structure(const ContactPicture& picture, SideScanContact contact,
-                                                 const SideScanGeometryConfig& geometry) {
-  const cv::Rect& box = contact.box.box;
-  const int near = contact.box.side == SonarSide::kStarboard ? box.x - picture.waterfall.nadir_column
-                                                             : picture.waterfall.nadir_column - box.x - box.width;
-  contact.width_m = box.width * picture.waterfall.column_m;
-  contact.ground_range_m = std::max(near + 0.5 * box.width, 0.0) * picture.waterfall.column_m;
-  const RowExtent rows{static_cast<double>(box.y), static_cast<double>(box.y + box.height)};
-  return placed(picture, contact, {rows, contact.width_m / std::sqrt(12.0), box.height * box.height / 12.0}, geometry);
-}
-
 std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contacts, double merge_m) {
   std::sort(contacts.begin(), contacts.end(), [](const SideScanContact& a, const SideScanContact& b) {
     if (a.first_index != b.first_index) return a.first_index < b.first_index;
@@ -172,8 +176,8 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
   });
   const auto touches = [&](const SideScanContact& a, const SideScanContact& b) {
     if (a.side != b.side) return false;
-    const cv::Rect& one = a.box.box;
-    const cv::Rect& other = b.box.box;
+    const cv::Rect& one = a.box;
+    const cv::Rect& other = b.box;
     const int columns = std::max(one.x, other.x) - std::min(one.x + one.width, other.x + other.width);
     const double rows =
         static_cast<double>(std::max(a.first_index, b.first_index)) - static_cast<double>(std::min(a.last_index, b.last_index));
@@ -186,7 +190,7 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
     surest.length_m = surest.row_m * static_cast<double>(surest.last_index - surest.first_index + 1);
     surest.pieces = known.pieces + other.pieces;
     surest.traced_m = known.traced_m + other.traced_m;
-    surest.box.box = known.box.box | other.box.box;
+    surest.box = known.box | other.box;
     known = std::move(surest);
   };
   std::vector<SideScanContact> merged;
@@ -205,6 +209,17 @@ std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contact
     return a.ground_range_m < b.ground_range_m;
   });
   return merged;
+}
+
+SideScanContact measure_whole(const ContactPicture& picture, const SideScanContact& pieces, const ContactConfig& config,
+                              const SideScanGeometryConfig& geometry) {
+  std::optional<SideScanContact> whole = measure_contact(picture, {pieces.side, pieces.box}, config, geometry);
+  const bool is_one_object = whole && whole->length_m > kLeastPartInOne * pieces.length_m;
+  const bool is_structure = pieces.length_m > config.structure_m && pieces.traced_m > kLeastPartTraced * pieces.length_m;
+  if (!is_one_object && is_structure) whole = measure_structure(picture, pieces, geometry);
+  if (!whole) return pieces;
+  whole->pieces = pieces.pieces;
+  return *whole;
 }
 
 }  // namespace ssjs

@@ -14,9 +14,6 @@
 namespace ssjs {
 namespace {
 
-constexpr double kLeastPartTraced = 1.0 / 3.0;  // of the length of a structure, by its pieces; a box of noise holds less
-constexpr double kLeastPartInOne = 0.5;         // of the length of all pieces, where they are one simple object
-
 constexpr std::size_t kTurnPings = 5;  // before and after: a turn rate from two headings alone is noise
 
 void set_altitudes(std::vector<SideScanPing>& pings, const SideScanSurveyConfig& config) {
@@ -139,15 +136,7 @@ std::vector<SideScanContact> SideScanSurvey::process(std::uint64_t core_end) {
   }
   contacts = merge_contacts(std::move(contacts), config_.contact.merge_m);
   for (SideScanContact& contact : contacts) {
-    if (contact.pieces == 1) continue;
-    std::optional<SideScanContact> whole = measure_contact(picture, contact.box, config_.contact, config_.geometry);
-    const bool is_one_object = whole && whole->length_m > kLeastPartInOne * contact.length_m;
-    const bool is_structure =
-        !is_one_object && contact.length_m > config_.contact.structure_m && contact.traced_m > kLeastPartTraced * contact.length_m;
-    if (is_structure) whole = measure_structure(picture, contact, config_.geometry);  // (SS-36)
-    if (!whole) continue;
-    whole->pieces = contact.pieces;
-    contact = *whole;
+    if (contact.pieces > 1) contact = measure_whole(picture, contact, config_.contact, config_.geometry);
   }
   const auto is_others = [&](const SideScanContact& contact) { return contact.index < core_begin_ || contact.index >= core_end; };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_others), contacts.end());

@@ -10,7 +10,7 @@ from ssjs_cli import _core
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.mission import input_digests, mission_directory, read_mission
 from ssjs_cli.formats.run_directory import MEASURED_KEYS, REFERENCE_KEYS, SUMMARY_FILE
-from ssjs_cli.mission_run import RunRequest, path_name, resolve_settings, run_mission
+from ssjs_cli.mission_run import RunRequest, model_digests, path_name, resolve_settings, run_mission
 from ssjs_cli.progress import interruptible
 from ssjs_cli.run_summary import build_run_report
 from ssjs_cli.session import Session
@@ -141,7 +141,7 @@ def _plan(request: BatchRequest, path: Path, out: Path) -> PlannedRun:
     identity = {
         **core_identity(),
         "mission": mission.name,
-        "files": input_digests(directory),
+        "files": {**input_digests(directory), **model_digests(settings)},
         "seed": seed,
         "settings": dict(settings.values),
         "report": request.with_reports,

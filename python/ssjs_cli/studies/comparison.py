@@ -13,7 +13,7 @@ from ssjs_cli.evaluation import POSE_DOF
 from ssjs_cli.formats.mission import Mission, input_digests, mission_directory, read_mission
 from ssjs_cli.formats.run_directory import MEASURED_KEYS, REFERENCE_KEYS, STEP_TIME_KEYS, TIME_KEYS
 from ssjs_cli.methods import chosen_methods
-from ssjs_cli.mission_run import RunRequest, path_name, resolve_settings, settings_kind
+from ssjs_cli.mission_run import RunRequest, model_digests, path_name, resolve_settings, settings_kind
 from ssjs_cli.progress import working
 from ssjs_cli.session import Session
 from ssjs_cli.studies.carry_out import CarriedOut, PlannedRun, carry_out
@@ -141,7 +141,7 @@ def _planned(
         "detail": "all",
         **core,
         "mission": mission.name,
-        "files": dict(digests),
+        "files": {**digests, **model_digests(settings)},
         "seed": seed,
         "repeat": repeat,
         "settings": values,

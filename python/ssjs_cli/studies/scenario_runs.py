@@ -8,7 +8,7 @@ from typing import Any
 from ssjs_cli.config import MAX_SEED, Scalar, Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.mission import Mission
-from ssjs_cli.mission_run import RunRequest, path_name, resolve_settings
+from ssjs_cli.mission_run import RunRequest, model_digests, path_name, resolve_settings
 from ssjs_cli.progress import working
 from ssjs_cli.simulation import Scenario, read_scenario, simulate_mission
 from ssjs_cli.studies.carry_out import PlannedRun
@@ -85,7 +85,8 @@ class PlannedScenario:
     def run(self, settings: Settings, seed: int, detail: Detail, time_limit_s: float | None) -> PlannedRun:
         core = core_identity()
         values = dict(settings.values)
-        identity = {"detail": detail, **core, "scenario": self.scenario.identity, "seed": seed, "settings": values}
+        models = model_digests(settings)
+        identity = {"detail": detail, **core, "scenario": self.scenario.identity, "seed": seed, "settings": values, "models": models}
         return PlannedRun(identity, RunTask(replace(self.scenario, seed=seed), values, seed, core["version"], detail, time_limit_s))
 
 

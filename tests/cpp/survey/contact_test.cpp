@@ -127,7 +127,7 @@ TEST(ContactTest, NoShadowNoContactAndACutShadowSaysSo) {
 SideScanContact piece_at(int first, cv::Range columns, double confidence) {
   SideScanContact piece;
   piece.side = SonarSide::kPort;
-  piece.box = {SonarSide::kPort, cv::Rect(columns.start, first, columns.size(), 4)};
+  piece.box = cv::Rect(columns.start, first, columns.size(), 4);
   piece.row_m = 0.2;
   piece.column_m = 0.1;
   piece.length_m = 0.8;
@@ -154,7 +154,7 @@ TEST(ContactTest, PiecesOfOneObjectBecomeOneAndNeighboursStayTwo) {
     EXPECT_EQ(contact.first_index, 10U);
     EXPECT_EQ(contact.last_index, 19U);
     EXPECT_NEAR(contact.length_m, 10 * 0.2, 1e-12);
-    EXPECT_EQ(contact.box.box, cv::Rect(115, 10, 15, 10));
+    EXPECT_EQ(contact.box, cv::Rect(115, 10, 15, 10));
   }
   EXPECT_EQ(pieces, 4);
   EXPECT_EQ(merge_contacts({next, piece}, 0.3).size(), 2U);
@@ -168,6 +168,48 @@ TEST(ContactTest, WhatALaterPieceTiesTogetherIsOne) {
   const std::vector<SideScanContact> merged = merge_contacts({near, far, between}, 1.0);
   ASSERT_EQ(merged.size(), 1U);
   EXPECT_EQ(merged[0].pieces, 3);
+}
+
+/// Two objects with a shadow each in the rows 2 .. 5 and 15 .. 18, as merge_contacts() would hand them on: in one box of 17 rows, 3.4 m.
+SideScanContact two_objects(Drawn& drawn) {
+  for (const int row : {2, 15}) {
+    drawn.draw(SonarSide::kStarboard, row, 4, 14, 15, 200);
+    drawn.draw(SonarSide::kStarboard, row, 4, 15, 17, 5);
+  }
+  const auto first = measure_contact(drawn.picture(), drawn.box(SonarSide::kStarboard, 2, 4, 14, 15), {}, {});
+  const auto last = measure_contact(drawn.picture(), drawn.box(SonarSide::kStarboard, 15, 4, 14, 15), {}, {});
+  EXPECT_TRUE(first && last);
+  return merge_contacts({*first, *last}, 2.0).at(0);
+}
+
+TEST(ContactTest, SS36_AStructureLiesAnywhereInTheBoxOfItsPieces) {
+  Drawn drawn;
+  const SideScanContact pieces = two_objects(drawn);
+  ASSERT_EQ(pieces.pieces, 2);
+  ContactConfig config;
+  config.structure_m = 2.0;
+  const SideScanContact whole = measure_whole(drawn.picture(), pieces, config, {});
+  EXPECT_EQ(whole.pieces, 2);
+  EXPECT_EQ(whole.ping, 110U);  // rows 2 .. 18
+  EXPECT_NEAR(whole.length_m, 17 * 0.2, 0.5);
+  EXPECT_NEAR(whole.width_m, 1.0, 1e-9);
+  EXPECT_NEAR(whole.ground_range_m, 14.5, 1e-9);
+  EXPECT_NEAR(whole.body_p_contact.position_m.y(), 14.5, 1e-6);
+  EXPECT_NEAR(whole.body_p_contact.covariance_m2(0, 0), std::pow(17 * 0.2, 2) / 12.0, 0.15);
+  EXPECT_GT(whole.body_p_contact.covariance_m2(1, 1), 1.0 / 12.0);
+}
+
+TEST(ContactTest, SS36_APieceInABoxOfNoiseIsNoStructure) {
+  Drawn drawn;
+  SideScanContact pieces = two_objects(drawn);
+  ContactConfig config;
+  config.structure_m = 2.0;
+  pieces.traced_m = 0.2 * pieces.length_m;  // the pieces fill a fifth of it
+  const SideScanContact whole = measure_whole(drawn.picture(), pieces, config, {});
+  EXPECT_LT(whole.length_m, 1.2);
+  pieces.traced_m = pieces.length_m;
+  config.structure_m = 5.0;  // longer than it is
+  EXPECT_LT(measure_whole(drawn.picture(), pieces, config, {}).length_m, 1.2);
 }
 
 TEST(ContactTest, RowSpacingFromPositionsOrSpeed) {

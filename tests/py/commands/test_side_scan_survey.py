@@ -156,6 +156,18 @@ def test_a_run_takes_the_cascade_and_remembers_it(survey: Path, model: Path, tmp
     assert (tmp_path / "again" / "landmarks.csv").read_bytes() == (tmp_path / "run" / "landmarks.csv").read_bytes()
 
 
+def test_another_model_under_the_same_name_is_another_run(survey: Path, model: Path, tmp_path: Path) -> None:
+    copy, season = tmp_path / "model.json", tmp_path / "season"
+    copy.write_text((model / "cascade.json").read_text())
+    command = ("batch", survey, "--set", "sonar.detector=cascade", "--set", f"sonar.cascade_model={copy}", "--no-report", "--out", season)
+    assert run(*command) == 0
+    assert run(*command) == 0
+    assert len(list((season / "missions").iterdir())) == 1
+    copy.write_text(copy.read_text() + "\n")
+    assert run(*command) == 0
+    assert len(list((season / "missions").iterdir())) == 2
+
+
 def test_a_cascade_that_cannot_be_used_is_named(survey: Path, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     cascade = ("--set", "sonar.detector=cascade")
     assert run("run", survey, *cascade, "--out", tmp_path / "a") == 2

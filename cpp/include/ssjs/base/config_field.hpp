@@ -45,8 +45,28 @@ struct Rule {
 template <class Enum>
 using Choices = std::vector<std::pair<std::string, Enum>>;
 
+/// What every visitor has: nested stages, whose keys are prefixed with their name and a dot.
+template <class Visitor>
+class NestedVisitor {
+ public:
+  template <class Config>
+  void section(std::string_view name, Config& config, std::string_view) {
+    const std::string outer = prefix_;
+    prefix_ += std::string(name) + ".";
+    config.visit(static_cast<Visitor&>(*this));
+    prefix_ = outer;
+  }
+
+ protected:
+  /// With the names of the stages around it: "association.gate_probability".
+  [[nodiscard]] std::string full_key(std::string_view key) const { return prefix_ + std::string(key); }
+
+ private:
+  std::string prefix_;
+};
+
 /// Collects every violation of a configuration, with its full key: "association.gate_probability = 1.2: must lie in (0, 1)".
-class Validator {
+class Validator : public NestedVisitor<Validator> {
  public:
   void field(std::string_view key, double& value, const Rule& rule, std::string_view description);
   void field(std::string_view key, int& value, const Rule& rule, std::string_view description);
@@ -56,21 +76,11 @@ class Validator {
   template <class Enum>
   void choice(std::string_view, Enum&, const Choices<Enum>&, std::string_view) {}
 
-  /// A nested stage: its keys are prefixed with `name` and a dot.
-  template <class Config>
-  void section(std::string_view name, Config& config, std::string_view) {
-    const std::string outer = prefix_;
-    prefix_ += std::string(name) + ".";
-    config.visit(*this);
-    prefix_ = outer;
-  }
-
   [[nodiscard]] const std::vector<std::string>& violations() const { return violations_; }
 
  private:
   void check(std::string_view key, double value, const Rule& rule);
 
-  std::string prefix_;
   std::vector<std::string> violations_;
 };
 

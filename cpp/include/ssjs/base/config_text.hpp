@@ -11,7 +11,7 @@
 namespace ssjs {
 
 /// Walks a configuration (see config_field.hpp) until it meets `key`, full path with dots, and gives that field the value of `text`.
-class FieldSetter {
+class FieldSetter : public NestedVisitor<FieldSetter> {
  public:
   FieldSetter(std::string key, std::string text) : key_(std::move(key)), text_(std::move(text)) {}
 
@@ -31,13 +31,6 @@ class FieldSetter {
     }
     check_choice(names);
   }
-  template <class Config>
-  void section(std::string_view name, Config& config, std::string_view) {
-    const std::string outer = prefix_;
-    prefix_ += std::string(name) + ".";
-    config.visit(*this);
-    prefix_ = outer;
-  }
 
   /// Throws InvalidArgument with the nearest key when nothing had the name.
   void finish() const;
@@ -48,7 +41,7 @@ class FieldSetter {
   [[nodiscard]] int whole_number(const Rule& rule) const;
   void check_choice(const std::vector<std::string>& names) const;
 
-  std::string key_, text_, prefix_;
+  std::string key_, text_;
   std::vector<std::string> keys_;  ///< all that were met
   bool found_ = false;
 };

@@ -21,4 +21,16 @@ struct NavigationTick {
   SideScanSightings sightings;
 };
 
+[[nodiscard]] inline NavigationTick tick_at(double time_s) {
+  NavigationTick tick;
+  tick.time_s = time_s;
+  return tick;
+}
+
+/// Whether a sensor speaks in both; sightings are any number.
+[[nodiscard]] bool share_a_sensor(const NavigationTick& a, const NavigationTick& b);
+
+/// Everything that `more` holds comes into `tick`, in the place of what the same sensor said before.
+void take_in(NavigationTick& tick, const NavigationTick& more);
+
 }  // namespace ssjs

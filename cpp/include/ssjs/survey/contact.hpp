@@ -38,7 +38,7 @@ struct SideScanContact {
   int pieces = 1;                  ///< detections that are this object
   std::uint64_t first_index = 0;   ///< pings in which it echoes
   std::uint64_t last_index = 0;
-  ContactBox box;           ///< of the detector, or of all pieces together; rows and columns of the picture that it was measured in
+  cv::Rect box;             ///< of the detector, or of all pieces together; rows and columns of the picture that it was measured in
   double traced_m = 0.0;    ///< length of all pieces together, as each was measured
   double row_m = 0.0;       ///< distance along track of the rows of the picture it was found in
   double column_m = 0.0;    ///< ground range of its columns
@@ -82,14 +82,15 @@ struct ContactPicture {
 [[nodiscard]] std::optional<SideScanContact> measure_contact(const ContactPicture& picture, const ContactBox& detected,
                                                              const ContactConfig& config, const SideScanGeometryConfig& geometry);
 
-/// Something of many parts, like a wreck: `contact` is its surest piece, whose height, shadow and confidence stay; place and size are those
-/// of the box around all pieces, in which its middle may lie anywhere. (SS-36)
-[[nodiscard]] std::optional<SideScanContact> measure_structure(const ContactPicture& picture, SideScanContact contact,
-                                                               const SideScanGeometryConfig& geometry);
-
 /// Contacts of one side whose extents are nearer than `merge_m` become one: the measures are those of the surest piece, extent and box
 /// those of all, so that it can be measured again. In the order of pings, port before starboard.
 [[nodiscard]] std::vector<SideScanContact> merge_contacts(std::vector<SideScanContact> contacts, double merge_m);
+
+/// What merge_contacts() made of several pieces, measured again in the box of all: one object; or something of many parts, like a wreck,
+/// whose place and size are those of the box, in which its middle may lie anywhere; or neither, a piece beside noise: then it stays what it
+/// is. (SS-36)
+[[nodiscard]] SideScanContact measure_whole(const ContactPicture& picture, const SideScanContact& pieces, const ContactConfig& config,
+                                            const SideScanGeometryConfig& geometry);
 
 /// Metres along track between neighbouring rows, from projected positions, else from speed and time, else from
 /// latitude and longitude (whose fixes often repeat); throws InvalidArgument where neither is known.
