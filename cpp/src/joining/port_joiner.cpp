@@ -48,21 +48,22 @@ void insert_compass_mean(LevelledSubmap& submap) {
   }
 }
 
-std::unique_ptr<PortLevel> make_level(const PortJoinerConfig& config) {
-  if (config.solver == PortSolver::kRecursive) return std::make_unique<RecursivePorts>(config.relinearize_heading_rad);
-  return std::make_unique<BatchPorts>();
-}
-
 void put(PortMap& map, const std::vector<Port>& ports) { map.ports.insert(map.ports.end(), ports.begin(), ports.end()); }
 
 std::string number(Eigen::Index value) { return std::to_string(value); }
 
 }  // namespace
 
+std::unique_ptr<PortLevel> PortJoiner::make_level(const PortJoinerConfig& config) {
+  if (config.solver == PortSolver::kRecursive) return std::make_unique<RecursivePorts>(config.relinearize_heading_rad);
+  return std::make_unique<BatchPorts>();
+}
+
 PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
       association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
-      level_(make_level(config)) {
+      level_(make_level(config)),
+      guard_(config.closures) {
   if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
     throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
   }
@@ -101,7 +102,9 @@ int PortJoiner::offset_at_start(const PortMap& map) const {
 }
 
 /// Whether the offset that the map started with can be the one that the map before ended with: the innovation of (P-8) for c_s alone.
-bool PortJoiner::offset_goes_on(const PortMap& map, const Port& start) const {
+bool PortJoiner::offset_goes_on(const PortMap& map) const {
+  if (map.base() == 0 || map.submap.compass_rows() < 2) return true;
+  const Port start{LevelledSubmap::compass_offset(), {UnknownKind::kOffset, offset_at_start(map)}};
   const Unknown base{UnknownKind::kBase, map.base()};
   const Eigen::MatrixXd P = level_->covariance({base, start.unknown});
   const Eigen::Index row = start.row;
@@ -118,12 +121,10 @@ void PortJoiner::attach(PortMap& map) {
   if (rows > 0) {
     const Port start{LevelledSubmap::compass_offset(), {UnknownKind::kOffset, offset_at_start(map)}};
     if (base > 0) {
-      if (rows == 1 || offset_goes_on(map, start)) {
+      if (compass_goes_on_[static_cast<std::size_t>(base)]) {
         level_->tie(map, {start});
         put(map, {start});
-      } else {
-        ++compass_jumps_;  // the map's own offsets go on from here, and its heading hangs on its neighbours alone
-      }
+      }  // otherwise the map's own offsets go on from here, and its heading hangs on its neighbours alone
     } else if (config_.north_offset_rad) {
       const double sigma = config_.north_offset_sigma_rad;
       level_->align_to_north(map, start.row, {wrap_angle(*config_.north_offset_rad), sigma * sigma});
@@ -144,12 +145,14 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   const int newest = submap.index;
   compass_ = submap.compass;
   compass_is_mean_ = submap.compass_mean.has_value();
+  double drift_variance = 0.0;
   if (compass_is_mean_) {
     const double time_s = submap.compass_mean->time_s;
     const double drift = config_.offset_drift_rad_per_sqrt_s;
     if (newest > 0 && !offset_is_shared()) {
       if (!(time_s > last_mean_time_s_)) throw InvalidArgument("compass_mean.time_s", time_s, "must be later than that of the map before");
-      level_->drift(newest - 1, drift * drift * (time_s - last_mean_time_s_));  // (P-4)
+      drift_variance = drift * drift * (time_s - last_mean_time_s_);
+      level_->drift(newest - 1, drift_variance);  // (P-4)
     }
     last_mean_time_s_ = time_s;
     insert_compass_mean(submap);
@@ -166,12 +169,17 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   }
   extents_.push_back(extent);
   maps_.push_back({std::move(submap), {}});
+  drift_variance_.push_back(drift_variance);
+  compass_goes_on_.push_back(offset_goes_on(maps_.back()));
+  compass_jumps_ += compass_goes_on_.back() ? 0 : 1;
   attach(maps_.back());
+  guard_.append(maps_.back().submap, compass_goes_on_.back(), drift_variance);
   level_->settle();
 
   JoinReport report;
   if (config_.association == AssociationMethod::kKnown) {
-    const std::vector<Match> matches = match_by_identity(newest);
+    LoopAttempt all;
+    const std::vector<Match> matches = standing(newest, match_by_identity(newest), all);
     join(newest, matches);
     std::map<int, int> pairs_with;
     for (const Match& match : matches) ++pairs_with[match.other.map->base()];
@@ -186,6 +194,7 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
       report.loops.push_back(loop);
       ++report.candidates;
     }
+    revise(report);
     return report;
   }
   const std::vector<int> others = maps_in_reach(newest);
@@ -194,6 +203,7 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   std::vector<int> around = others;
   around.push_back(newest);
   merge_duplicates(around);
+  revise(report);
   return report;
 }
 
@@ -297,8 +307,9 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
     }
     *attempt.wrong_pairs += *own != *other ? 1 : 0;
   }
+  const std::vector<Match> kept = standing(observer, matches, attempt);
   report.loops.push_back(attempt);
-  join(observer, matches);
+  join(observer, kept);
   return report;
 }
 
@@ -311,6 +322,12 @@ void PortJoiner::join(int observer, const std::vector<Match>& matches) {
     }
   }
   if (matches.empty()) return;
+  tie(observer, matches);
+  level_->settle();
+}
+
+void PortJoiner::tie(int observer, const std::vector<Match>& matches) {
+  PortMap& map = maps_[static_cast<std::size_t>(observer)];
   std::map<int, std::vector<Port>> promoted;  // by the map that saw them first: stacked, so that their cross terms are kept
   for (const Match& match : matches) {
     if (!match.other.port()) promoted[match.other.map->base()].push_back({match.other.row(), {UnknownKind::kLandmark, 0}});
@@ -324,7 +341,6 @@ void PortJoiner::join(int observer, const std::vector<Match>& matches) {
   for (const Match& match : matches) tied.push_back({map.submap.landmark_offset(match.own), *match.other.port()});
   level_->tie(map, tied);  // (P-8)
   put(map, tied);
-  level_->settle();
 }
 
 void PortJoiner::merge_duplicates(const std::vector<int>& among) {
@@ -337,25 +353,34 @@ void PortJoiner::merge_duplicates(const std::vector<int>& among) {
 }
 
 void PortJoiner::merge(const Duplicate& duplicate) {
-  const auto map_of = [&](const Sighting& sighting) -> PortMap& { return maps_[static_cast<std::size_t>(sighting.map->base())]; };
   const auto identity = [](const Sighting& sighting) {
     return sighting.map->submap.landmarks[static_cast<std::size_t>(sighting.landmark)].source_id;
   };
+  const Sighting& a = duplicate.a;
+  const Sighting& b = duplicate.b;
+  const bool wrong = identity(a) && identity(b) && *identity(a) != *identity(b);
   ++merged_;
-  if (identity(duplicate.a) && identity(duplicate.b) && *identity(duplicate.a) != *identity(duplicate.b)) ++wrongly_merged_;
-  Sighting a = duplicate.a;
-  Sighting b = duplicate.b;
+  if (wrong) ++wrongly_merged_;
+  const auto newest = static_cast<int>(maps_.size()) - 1;
+  ties_.push_back({Tie::Kind::kUnite, newest, batches_++, a.map->base(), a.landmark, b.map->base(), b.landmark, {}, wrong});
+  unite(a, b);
+}
+
+void PortJoiner::unite(Sighting a, Sighting b) {
+  if (a.port() && a.port() == b.port()) return;
   if (!a.port() && b.port()) std::swap(a, b);
+  PortMap& map_of_b = map_at(b.map->base());
   if (!a.port()) {
+    PortMap& map_of_a = map_at(a.map->base());
     const std::vector<Port> promoted{{a.row(), {UnknownKind::kLandmark, landmark_ports_++}}};
-    level_->introduce(map_of(a), promoted);  // (P-7)
-    put(map_of(a), promoted);
+    level_->introduce(map_of_a, promoted);  // (P-7)
+    put(map_of_a, promoted);
   }
   const Unknown kept = *a.port();
   if (!b.port()) {  // a second entry for the same unknown, of whichever map
     const std::vector<Port> tied{{b.row(), kept}};
-    level_->tie(map_of(b), tied);  // (P-8)
-    put(map_of(b), tied);
+    level_->tie(map_of_b, tied);  // (P-8)
+    put(map_of_b, tied);
     return;
   }
   const Unknown gone = *b.port();

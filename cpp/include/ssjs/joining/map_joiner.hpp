@@ -22,6 +22,8 @@ struct LoopAttempt {
   std::optional<double> chi_squared;
   int dof = 0;
   double sigma_m = 0.0;  ///< uncertainty of the pairing before the decision
+  std::string source{};  ///< who proposed it; empty: the joiner's own pairing
+  bool revised = false;  ///< an earlier decision about this closure is taken back
 };
 
 /// Two maps merged that follow each other in time, or one map associated with itself.

@@ -1,0 +1,93 @@
+/// Which loop closures of a survey stand: the heaviest set of which no two contradict each other, found anew as closures come.
+/// [mangelson2018], docs/math/closures.md (C-6..C-9).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ssjs/base/config_field.hpp"
+#include "ssjs/joining/closure.hpp"
+#include "ssjs/joining/levelled_chain.hpp"
+
+namespace ssjs {
+
+struct ClosureGuardConfig {
+  bool enabled = true;
+  double gate_probability = 0.99999;
+  int max_partners = 40;
+  int node_budget = 20000;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.field("enabled", enabled, "loop closures handed in are kept only while they do not contradict others that agree; no: all are taken");
+    v.field("gate_probability", gate_probability, Rule::open(0, 1),
+            "two closures contradict each other where their cycle along the way without closures is off by more than this quantile");
+    v.field("max_partners", max_partners, Rule::at_least(1), "a closure is held against so many others, those nearest along the way");
+    v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search for the heaviest consistent set, for each connected piece");
+  }
+};
+
+/// How far a closure's word goes.
+enum class ClosureStanding : std::uint8_t {
+  kProposed,  ///< by something that does not know the estimate: held against everything
+  kFound,     ///< by a pairing gated by the estimate: held against proposals
+  kGranted,   ///< by known identities: never refused
+};
+
+class ClosureGuard {
+ public:
+  explicit ClosureGuard(const ClosureGuardConfig& config) : config_(config) {}
+
+  /// The next map; arguments as in LevelledChain.
+  void append(const LevelledSubmap& submap, bool compass_goes_on, double drift_variance) {
+    if (config_.enabled) chain_.append(submap, compass_goes_on, drift_variance);
+  }
+
+  /// A closure between maps that were appended; weight: how many independent observations it stands for, > 0. Returns its number.
+  std::size_t add(const Closure& closure, double weight, ClosureStanding standing, const std::deque<PortMap>& maps);
+
+  /// Whether it stands, by all that was added so far.
+  [[nodiscard]] bool stands(std::size_t closure);
+  /// Why it does not; empty when it does.
+  [[nodiscard]] std::string reason(std::size_t closure);
+
+  [[nodiscard]] std::size_t size() const { return closures_.size(); }
+  [[nodiscard]] const Closure& closure(std::size_t nth) const { return closures_[nth].closure; }
+  /// Squared distance from the way without closures (C-5); nothing of closures that were never held against anything.
+  [[nodiscard]] const std::optional<ClosureFit>& alone(std::size_t nth) const { return closures_[nth].alone; }
+  [[nodiscard]] bool search_was_exact() const { return exact_; }
+  [[nodiscard]] const LevelledChain& chain() const { return chain_; }
+
+ private:
+  struct Judged {
+    Closure closure;
+    double weight;
+    ClosureStanding standing;
+    std::optional<ClosureFit> alone;
+    bool against_the_way = false;
+  };
+  struct Contradiction {
+    std::size_t a, b;
+    double chi_squared;  ///< of the one given the other
+    int dof;
+    double off_m;
+  };
+  [[nodiscard]] std::vector<std::size_t> partners_of(std::size_t nth) const;
+  void compare(std::size_t a, std::size_t b, const std::deque<PortMap>& maps);
+  void resolve();
+
+  ClosureGuardConfig config_;
+  LevelledChain chain_;
+  std::vector<Judged> closures_;
+  std::vector<Contradiction> contradictions_;
+  std::size_t proposals_ = 0;
+  std::vector<bool> stands_;
+  bool is_stale_ = false;
+  bool exact_ = true;
+};
+
+}  // namespace ssjs

@@ -1,0 +1,121 @@
+#include "ssjs/joining/closure_guard.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "ssjs/base/chi_squared.hpp"
+#include "ssjs/joining/consistent_set.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr double kGrantedWeight = 1e6;  // more than any proposals together
+constexpr double kTieBreak = 1e-3;      // of a closure's weight: of two of one weight the one that fits the way better
+
+std::string text(const char* format, double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+std::string off_by(double off_m, double chi_squared, int dof) {
+  return "off by " + text("%.1f", off_m) + " m, chi-squared " + text("%.0f", chi_squared) + " of " + std::to_string(dof) + " dof";
+}
+
+}  // namespace
+
+std::size_t ClosureGuard::add(const Closure& closure, double weight, ClosureStanding standing, const std::deque<PortMap>& maps) {
+  const std::size_t nth = closures_.size();
+  closures_.push_back({closure, weight, standing, {}});
+  stands_.push_back(true);
+  if (!config_.enabled) return nth;
+  if (standing == ClosureStanding::kProposed) {
+    ++proposals_;
+    Judged& judged = closures_.back();
+    judged.alone = fit(closure, chain_, maps);
+    judged.against_the_way = !(judged.alone->chi_squared <= chi_squared_quantile(config_.gate_probability, judged.alone->dof));
+    stands_.back() = !judged.against_the_way;
+    if (judged.against_the_way) return nth;
+  }
+  if (proposals_ == 0) return nth;  // nothing is in doubt
+  for (const std::size_t partner : partners_of(nth)) compare(partner, nth, maps);
+  return nth;
+}
+
+/// The nearest along the way, in the order of their numbers.
+std::vector<std::size_t> ClosureGuard::partners_of(std::size_t nth) const {
+  const Judged& own = closures_[nth];
+  std::vector<std::pair<int, std::size_t>> near;
+  for (std::size_t i = 0; i < nth; ++i) {
+    const Judged& other = closures_[i];
+    const bool doubtful = own.standing == ClosureStanding::kProposed || other.standing == ClosureStanding::kProposed;
+    if (!doubtful || other.against_the_way || !share_way(own.closure, other.closure)) continue;
+    near.emplace_back(std::abs(own.closure.from - other.closure.from) + std::abs(own.closure.to - other.closure.to), i);
+  }
+  const std::size_t count = std::min(near.size(), static_cast<std::size_t>(config_.max_partners));
+  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
+  std::vector<std::size_t> partners;
+  for (std::size_t i = 0; i < count; ++i) partners.push_back(near[i].second);
+  std::sort(partners.begin(), partners.end());
+  return partners;
+}
+
+void ClosureGuard::compare(std::size_t a, std::size_t b, const std::deque<PortMap>& maps) {
+  const CycleFit cycle = fit_cycle(closures_[a].closure, closures_[b].closure, chain_, maps);
+  const bool agree = cycle.second_given_first() <= chi_squared_quantile(config_.gate_probability, cycle.second.dof) &&
+                     cycle.first_given_second() <= chi_squared_quantile(config_.gate_probability, cycle.first.dof);  // (C-6)
+  if (agree) return;
+  contradictions_.push_back({a, b, cycle.second_given_first(), cycle.second.dof, cycle.off_m});
+  is_stale_ = true;
+}
+
+void ClosureGuard::resolve() {
+  if (!is_stale_) return;
+  is_stale_ = false;
+  std::vector<double> weights;
+  for (const Judged& judged : closures_) {
+    if (judged.standing == ClosureStanding::kGranted) {
+      weights.push_back(kGrantedWeight * judged.weight);
+      continue;
+    }
+    const double fits = judged.alone ? 1.0 - chi_squared_cdf(judged.alone->chi_squared, judged.alone->dof) : 1.0;
+    weights.push_back(judged.weight * (1.0 + kTieBreak * fits));  // (C-9)
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const Contradiction& contradiction : contradictions_) pairs.emplace_back(contradiction.a, contradiction.b);
+  const ConsistentSet set = heaviest_consistent_set(weights, pairs, config_.node_budget);
+  exact_ = set.exact;
+  for (std::size_t i = 0; i < closures_.size(); ++i) stands_[i] = set.kept[i] && !closures_[i].against_the_way;
+}
+
+bool ClosureGuard::stands(std::size_t closure) {
+  resolve();
+  return stands_[closure];
+}
+
+std::string ClosureGuard::reason(std::size_t closure) {
+  if (stands(closure)) return {};
+  const Judged& judged = closures_[closure];
+  if (judged.against_the_way) {
+    return "contradicts the way from map " + std::to_string(judged.closure.from) + " to map " + std::to_string(judged.closure.to) + ": " +
+           off_by(judged.alone->off_m, judged.alone->chi_squared, judged.alone->dof);
+  }
+  int against = 0;
+  const Contradiction* worst = nullptr;
+  for (const Contradiction& contradiction : contradictions_) {
+    if (contradiction.a != closure && contradiction.b != closure) continue;
+    if (!stands_[contradiction.a == closure ? contradiction.b : contradiction.a]) continue;
+    ++against;
+    if (worst == nullptr || contradiction.chi_squared > worst->chi_squared) worst = &contradiction;
+  }
+  if (worst == nullptr) return "outweighed by closures that agree with each other";
+  const Closure& other = closures_[worst->a == closure ? worst->b : worst->a].closure;
+  const auto map = [](int base) { return std::to_string(base); };
+  return "contradicts " + std::to_string(against) + (against == 1 ? " closure" : " closures that agree with each other") +
+         ": cycle through maps " + map(judged.closure.from) + ", " + map(judged.closure.to) + ", " + map(other.to) + ", " +
+         map(other.from) + " " + off_by(worst->off_m, worst->chi_squared, worst->dof);
+}
+
+}  // namespace ssjs

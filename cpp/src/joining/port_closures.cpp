@@ -1,0 +1,211 @@
+// PortJoiner: closures that contradict each other, and a level that can forget. docs/math/closures.md (C-10, C-11).
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "ssjs/base/error.hpp"
+#include "ssjs/joining/port_joiner.hpp"
+
+namespace ssjs {
+namespace {
+
+constexpr int kMaxRevisions = 4;  // of one call: what is paired anew after one may bring the next
+
+/// One more entry of the state, independent of the others: the pose of another base. (C-10)
+Eigen::Index append_pose(LevelledSubmap& submap, const GaussianSe2& base_T_other) {
+  const Eigen::Index n = submap.mean.size();
+  submap.mean.conservativeResize(n + 3);
+  submap.mean.tail<3>() = base_T_other.mean.vector();
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n + 3, n + 3);
+  P.topLeftCorner(n, n) = submap.covariance;
+  P.bottomRightCorner<3, 3>() = base_T_other.covariance;
+  submap.covariance = std::move(P);
+  return n;
+}
+
+}  // namespace
+
+void PortJoiner::check(const Closure& closure) const {
+  const std::string name = "closure from " + std::to_string(closure.from) + " to " + std::to_string(closure.to);
+  const auto maps = static_cast<int>(maps_.size());
+  if (closure.from < 0 || closure.to <= closure.from || closure.to > maps || (!closure.from_T_to && closure.to == maps)) {
+    throw InvalidArgument(name, "no such maps", "an older one, then a newer one of the " + std::to_string(maps) + " there are");
+  }
+  if (closure.from_T_to.has_value() == !closure.pairs.empty()) {
+    throw InvalidArgument(name, closure.from_T_to ? "a pose and pairs" : "empty", "states a relative pose or pairs of landmarks");
+  }
+  if (closure.from_T_to) {
+    if (!closure.from_T_to->mean.vector().allFinite()) throw InvalidArgument(name, "not finite", "the pose must be");
+    static_cast<void>(cholesky_lower(closure.from_T_to->covariance, "covariance of a loop closure", name.c_str()));
+  }
+  for (const auto& [of_from, of_to] : closure.pairs) {
+    if (of_from < 0 || of_from >= maps_[static_cast<std::size_t>(closure.from)].submap.landmark_count() || of_to < 0 ||
+        of_to >= maps_[static_cast<std::size_t>(closure.to)].submap.landmark_count()) {
+      throw InvalidArgument(name, std::to_string(of_from) + " and " + std::to_string(of_to), "landmarks that the two maps have");
+    }
+  }
+}
+
+LoopAttempt PortJoiner::attempt_of(std::size_t closure) {
+  const Closure& claimed = guard_.closure(closure);
+  LoopAttempt attempt;
+  attempt.time_s = maps_.back().submap.end_time_s;
+  attempt.from = claimed.to;
+  attempt.to = claimed.from;
+  attempt.accepted = guard_.stands(closure);
+  attempt.reason = guard_.reason(closure);
+  attempt.pairs = static_cast<int>(claimed.pairs.size());
+  if (const std::optional<ClosureFit>& alone = guard_.alone(closure)) {
+    attempt.chi_squared = alone->chi_squared;
+    attempt.dof = alone->dof;
+  }
+  attempt.source = claimed.source;
+  return attempt;
+}
+
+JoinReport PortJoiner::propose(const std::vector<Closure>& closures) {
+  for (const Closure& closure : closures) check(closure);
+  JoinReport report;
+  if (closures.empty()) return report;
+  const auto newest = static_cast<int>(maps_.size()) - 1;
+  const std::size_t first = ties_.size();
+  const std::size_t first_closure = guard_.size();
+  for (const Closure& closure : closures) {
+    const double weight = closure.from_T_to ? 1.0 : static_cast<double>(closure.pairs.size());
+    const std::size_t number = guard_.add(closure, weight, ClosureStanding::kProposed, maps_);
+    const int batch = batches_++;
+    if (closure.from_T_to) {
+      const Eigen::Index entry = append_pose(map_at(closure.from).submap, *closure.from_T_to);
+      ties_.push_back({Tie::Kind::kPose, newest, batch, closure.from, entry, closure.to, 0, number});
+    }
+    for (const auto& [of_from, of_to] : closure.pairs) {
+      ties_.push_back({Tie::Kind::kUnite, newest, batch, closure.from, of_from, closure.to, of_to, number});
+    }
+  }
+  for (std::size_t number = first_closure; number < guard_.size(); ++number) {
+    in_force_.push_back(guard_.stands(number));
+    report.loops.push_back(attempt_of(number));
+    ++report.candidates;
+  }
+  for (std::size_t i = first; i < ties_.size(); ++i) {
+    if (holds(ties_[i])) put_in_force(ties_[i]);
+  }
+  level_->settle();
+  revise(report);
+  return report;
+}
+
+/// Of the matches that a pairing has found: those whose closures stand.
+std::vector<PortJoiner::Match> PortJoiner::standing(int observer, const std::vector<Match>& matches, LoopAttempt& attempt) {
+  const bool granted = config_.association == AssociationMethod::kKnown;
+  std::map<int, Closure> with;  // by the other map
+  for (const Match& match : matches) {
+    const int other = match.other.map->base();
+    Closure& closure = with[other];
+    closure.from = std::min(observer, other);
+    closure.to = std::max(observer, other);
+    const bool newer = observer > other;
+    closure.pairs.emplace_back(newer ? match.other.landmark : match.own, newer ? match.own : match.other.landmark);
+  }
+  std::map<int, std::size_t> number_with;
+  for (const auto& [other, closure] : with) {
+    number_with[other] = guard_.add(closure, static_cast<double>(closure.pairs.size()),
+                                    granted ? ClosureStanding::kGranted : ClosureStanding::kFound, maps_);
+  }
+  for (const auto& [other, number] : number_with) in_force_.push_back(guard_.stands(number));
+  const auto newest = static_cast<int>(maps_.size()) - 1;
+  const int batch = batches_++;
+  std::vector<Match> kept;
+  for (const Match& match : matches) {
+    const std::size_t number = number_with.at(match.other.map->base());
+    ties_.push_back({Tie::Kind::kJoin, newest, batch, observer, match.own, match.other.map->base(), match.other.landmark, number});
+    if (in_force_[number]) {
+      kept.push_back(match);
+    } else {
+      attempt.reason = guard_.reason(number);
+    }
+  }
+  if (kept.size() < matches.size()) {
+    attempt.pairs = static_cast<int>(kept.size());
+    attempt.accepted = !kept.empty();
+    if (attempt.accepted) attempt.reason.clear();
+  }
+  return kept;
+}
+
+void PortJoiner::put_in_force(const Tie& tie) {
+  if (tie.kind == Tie::Kind::kPose) {
+    PortMap& map = map_at(tie.map);
+    const Port port{tie.entry, {UnknownKind::kBase, tie.other}};
+    level_->tie(map, {port});  // (C-10)
+    map.ports.push_back(port);
+  } else {
+    unite({&map_at(tie.map), tie.entry}, {&map_at(tie.other), tie.landmark});
+  }
+}
+
+/// Every map is attached anew and every tie that holds is tied again, in the old order. (C-11)
+void PortJoiner::rebuild() {
+  level_ = make_level(config_);
+  landmark_ports_ = 0;
+  for (PortMap& map : maps_) map.ports.clear();
+  std::size_t next = 0;
+  for (int k = 0; k < static_cast<int>(maps_.size()); ++k) {
+    if (drift_variance_[static_cast<std::size_t>(k)] > 0.0) level_->drift(k - 1, drift_variance_[static_cast<std::size_t>(k)]);
+    attach(map_at(k));
+    while (next < ties_.size() && ties_[next].newest == k) {
+      const int batch = ties_[next].batch;
+      const int observer = ties_[next].map;
+      std::vector<Match> joined;
+      for (; next < ties_.size() && ties_[next].batch == batch; ++next) {
+        const Tie& again = ties_[next];
+        if (!holds(again)) continue;
+        if (again.kind == Tie::Kind::kJoin && !Sighting{&map_at(again.map), again.entry}.port()) {
+          joined.push_back({again.entry, {&map_at(again.other), again.landmark}});
+        } else {
+          put_in_force(again);
+        }
+      }
+      if (!joined.empty()) tie(observer, joined);
+    }
+  }
+  level_->adjust();
+}
+
+void PortJoiner::revise(JoinReport& report) {
+  for (int round = 0; round < kMaxRevisions; ++round) {
+    std::set<std::size_t> changed;
+    std::optional<int> since;  // the map that was newest when the first of those that fall now had been tied
+    for (const Tie& tie : ties_) {
+      if (!tie.closure || in_force_[*tie.closure] == guard_.stands(*tie.closure)) continue;
+      changed.insert(*tie.closure);
+      if (in_force_[*tie.closure]) since = std::min(since.value_or(tie.newest), tie.newest);
+    }
+    if (changed.empty()) return;
+    for (const std::size_t number : changed) {
+      in_force_[number] = !in_force_[number];
+      report.loops.push_back(attempt_of(number));
+      report.loops.back().revised = true;
+    }
+    if (since) {  // landmarks that were found to be one while the level was wrong are judged anew
+      const auto doubtful = [&](const Tie& tie) { return !tie.closure && tie.newest >= *since; };
+      for (const Tie& tie : ties_) {
+        if (!doubtful(tie)) continue;
+        --merged_;
+        if (tie.wrong) --wrongly_merged_;
+      }
+      ties_.erase(std::remove_if(ties_.begin(), ties_.end(), doubtful), ties_.end());
+    }
+    rebuild();
+    if (!since || config_.association == AssociationMethod::kKnown) continue;
+    for (int k = *since; k < static_cast<int>(maps_.size()); ++k) {  // what could not be found while the level was wrong
+      std::vector<int> around = maps_in_reach(k);
+      report.append(pair_with(k, around, false));
+      for (const int other : around) report.append(pair_with(other, {k}, true));
+      around.push_back(k);
+      merge_duplicates(around);
+    }
+  }
+}
+
+}  // namespace ssjs
