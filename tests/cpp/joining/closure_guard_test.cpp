@@ -108,7 +108,9 @@ TEST(ClosureGuard, C6_C9_TwelveSurveysLong) {
   for (const bool landmarks : {false, true}) {
     for (const double share : {0.1, 0.3, 0.5}) {
       const Study sum = study(share, 12, landmarks, testing::kWeakNoise);
-      if (share < 0.4) EXPECT_LE(sum.guarded_m, 1.2 * sum.clean_m);
+      if (share < 0.4) {
+        EXPECT_LE(sum.guarded_m, 1.2 * sum.clean_m);
+      }
     }
   }
 }

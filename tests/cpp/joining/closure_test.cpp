@@ -133,7 +133,7 @@ TEST(Closure, C5_C6_TrueCyclesAreAsFarOffAsTheySay) {
 
 TEST(Closure, C6_AnOffsetShowsInTheCycle) {
   Rng rng(12);
-  const Survey survey = survey_of(rng, {2.0, 0.1, 0.0175, 0.006, 0.35, false}, CompassPorts::kNone);
+  const Survey survey = survey_of(rng, {0.4, 0.02, 0.0175, 0.006, 0.35, false}, CompassPorts::kNone);
   const Closure a = pose_closure(survey, 2, 22, rng);
   Closure b = pose_closure(survey, 3, 21, rng);
   const CycleFit agree = fit_cycle(a, b, survey.chain, survey.maps);
