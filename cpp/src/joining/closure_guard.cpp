@@ -24,6 +24,9 @@ std::string off_by(double off_m, double chi_squared, int dof) {
   return "off by " + text("%.1f", off_m) + " m, chi-squared " + text("%.0f", chi_squared) + " of " + std::to_string(dof) + " dof";
 }
 
+/// Maps along the way between the ends of both.
+int distance(const Closure& a, const Closure& b) { return std::abs(a.from - b.from) + std::abs(a.to - b.to); }
+
 }  // namespace
 
 std::size_t ClosureGuard::add(const Closure& closure, double weight, ClosureStanding standing, const std::deque<PortMap>& maps) {
@@ -35,7 +38,7 @@ std::size_t ClosureGuard::add(const Closure& closure, double weight, ClosureStan
     ++proposals_;
     Judged& judged = closures_.back();
     judged.alone = fit(closure, chain_, maps);
-    judged.against_the_way = !(judged.alone->chi_squared <= chi_squared_quantile(config_.gate_probability, judged.alone->dof));
+    judged.against_the_way = !fits(*judged.alone);
     stands_.back() = !judged.against_the_way;
     if (judged.against_the_way) return nth;
   }
@@ -44,7 +47,18 @@ std::size_t ClosureGuard::add(const Closure& closure, double weight, ClosureStan
   return nth;
 }
 
-/// The nearest along the way, in the order of their numbers.
+bool ClosureGuard::fits(const ClosureFit& fit) const { return fit.chi_squared <= chi_squared_quantile(config_.gate_probability, fit.dof); }
+
+/// In the order of their numbers.
+std::vector<std::size_t> ClosureGuard::nearest(std::vector<std::pair<int, std::size_t>> by_distance) const {
+  const std::size_t count = std::min(by_distance.size(), static_cast<std::size_t>(config_.max_partners));
+  std::partial_sort(by_distance.begin(), by_distance.begin() + static_cast<std::ptrdiff_t>(count), by_distance.end());
+  std::vector<std::size_t> nearest;
+  for (std::size_t i = 0; i < count; ++i) nearest.push_back(by_distance[i].second);
+  std::sort(nearest.begin(), nearest.end());
+  return nearest;
+}
+
 std::vector<std::size_t> ClosureGuard::partners_of(std::size_t nth) const {
   const Judged& own = closures_[nth];
   std::vector<std::pair<int, std::size_t>> near;
@@ -52,14 +66,34 @@ std::vector<std::size_t> ClosureGuard::partners_of(std::size_t nth) const {
     const Judged& other = closures_[i];
     const bool doubtful = own.standing == ClosureStanding::kProposed || other.standing == ClosureStanding::kProposed;
     if (!doubtful || other.against_the_way || !share_way(own.closure, other.closure)) continue;
-    near.emplace_back(std::abs(own.closure.from - other.closure.from) + std::abs(own.closure.to - other.closure.to), i);
+    near.emplace_back(distance(own.closure, other.closure), i);
   }
-  const std::size_t count = std::min(near.size(), static_cast<std::size_t>(config_.max_partners));
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
-  std::vector<std::size_t> partners;
-  for (std::size_t i = 0; i < count; ++i) partners.push_back(near[i].second);
-  std::sort(partners.begin(), partners.end());
-  return partners;
+  return nearest(std::move(near));
+}
+
+std::vector<std::size_t> ClosureGuard::all_poses() const {
+  std::vector<std::size_t> poses;
+  for (std::size_t i = 0; i < closures_.size(); ++i) {
+    const Judged& judged = closures_[i];
+    if (judged.standing == ClosureStanding::kProposed && judged.closure.from_T_to && !judged.against_the_way) poses.push_back(i);
+  }
+  return poses;
+}
+
+std::vector<std::size_t> ClosureGuard::poses_near(std::size_t closure) const {
+  std::vector<std::pair<int, std::size_t>> near;
+  for (const std::size_t i : all_poses()) {
+    if (share_way(closures_[closure].closure, closures_[i].closure)) {
+      near.emplace_back(distance(closures_[closure].closure, closures_[i].closure), i);
+    }
+  }
+  return nearest(std::move(near));
+}
+
+void ClosureGuard::judge_by_the_rest(std::size_t closure, const ClosureFit& fit) {
+  closures_[closure].against_the_rest.reset();
+  if (!fits(fit)) closures_[closure].against_the_rest = fit;
+  is_stale_ = true;
 }
 
 void ClosureGuard::compare(std::size_t a, std::size_t b, const std::deque<PortMap>& maps) {
@@ -84,10 +118,12 @@ void ClosureGuard::resolve() {
     weights.push_back(judged.weight * (1.0 + kTieBreak * fits));  // (C-9)
   }
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const Contradiction& contradiction : contradictions_) pairs.emplace_back(contradiction.a, contradiction.b);
+  for (const Contradiction& contradiction : contradictions_) {
+    if (!is_doubted(contradiction.a) && !is_doubted(contradiction.b)) pairs.emplace_back(contradiction.a, contradiction.b);
+  }
   const ConsistentSet set = heaviest_consistent_set(weights, pairs, config_.node_budget);
   exact_ = set.exact;
-  for (std::size_t i = 0; i < closures_.size(); ++i) stands_[i] = set.kept[i] && !closures_[i].against_the_way;
+  for (std::size_t i = 0; i < closures_.size(); ++i) stands_[i] = set.kept[i] && !closures_[i].against_the_way && !is_doubted(i);
 }
 
 bool ClosureGuard::stands(std::size_t closure) {
@@ -101,6 +137,11 @@ std::string ClosureGuard::reason(std::size_t closure) {
   if (judged.against_the_way) {
     return "contradicts the way from map " + std::to_string(judged.closure.from) + " to map " + std::to_string(judged.closure.to) + ": " +
            off_by(judged.alone->off_m, judged.alone->chi_squared, judged.alone->dof);
+  }
+  if (judged.against_the_rest) {
+    return "contradicts what all other closures and the way say of maps " + std::to_string(judged.closure.from) + " and " +
+           std::to_string(judged.closure.to) + ": " +
+           off_by(judged.against_the_rest->off_m, judged.against_the_rest->chi_squared, judged.against_the_rest->dof);
   }
   int against = 0;
   const Contradiction* worst = nullptr;

@@ -1,4 +1,5 @@
 // PortJoiner: closures that contradict each other, and a level that can forget. docs/math/closures.md (C-10, C-11).
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <set>
 #include <string>
@@ -92,7 +93,58 @@ JoinReport PortJoiner::propose(const std::vector<Closure>& closures) {
   }
   level_->settle();
   revise(report);
+  std::set<std::size_t> near;
+  for (std::size_t number = first_closure; number < guard_.size(); ++number) {
+    for (const std::size_t pose : guard_.poses_near(number)) near.insert(pose);
+  }
+  judge_by_the_rest({near.begin(), near.end()}, report);
   return report;
+}
+
+/// A proposed pose against the level without it. (C-12)
+std::optional<ClosureFit> PortJoiner::against_the_rest(std::size_t closure) const {
+  const Closure& claimed = guard_.closure(closure);
+  const GaussianSe2& z = *claimed.from_T_to;
+  const RelativePose tau = relative_pose(level_->values().base(claimed.from), level_->values().base(claimed.to));
+  const Eigen::Vector3d r = additive_difference(tau.i_T_j, z.mean);
+  Eigen::Matrix<double, 3, 6> J;
+  J << tau.J_i, tau.J_j;
+  const Eigen::Matrix3d known =
+      J * level_->covariance({{UnknownKind::kBase, claimed.from}, {UnknownKind::kBase, claimed.to}}) * J.transpose();
+  const bool is_in = in_force_[closure];
+  const Eigen::LLT<Eigen::Matrix3d> S(is_in ? Eigen::Matrix3d(z.covariance - known) : Eigen::Matrix3d(z.covariance + known));
+  if (S.info() != Eigen::Success) return std::nullopt;  // nothing but the closure itself ties these bases
+  const Eigen::Vector3d weighted = S.solve(r);
+  const Eigen::Vector3d innovation = is_in ? Eigen::Vector3d(z.covariance * weighted) : r;
+  return ClosureFit{r.dot(weighted), 3, innovation.head<2>().norm()};
+}
+
+/// Of the closures that stand the worst is refused as long as it is beyond the gate; then those that had been so may come back.
+void PortJoiner::judge_by_the_rest(const std::vector<std::size_t>& closures, JoinReport& report) {
+  if (!config_.closures.enabled) return;
+  std::set<std::size_t> doubted;
+  for (const std::size_t closure : closures) {
+    if (guard_.is_doubted(closure)) doubted.insert(closure);
+  }
+  while (true) {
+    std::optional<std::size_t> worst;
+    ClosureFit worst_fit;
+    for (const std::size_t closure : closures) {
+      if (!in_force_[closure]) continue;
+      const std::optional<ClosureFit> fit = against_the_rest(closure);
+      if (!fit || guard_.fits(*fit) || (worst && fit->chi_squared <= worst_fit.chi_squared)) continue;
+      worst = closure;
+      worst_fit = *fit;
+    }
+    if (!worst) break;
+    guard_.judge_by_the_rest(*worst, worst_fit);
+    revise(report);
+  }
+  for (const std::size_t closure : doubted) {
+    const std::optional<ClosureFit> fit = against_the_rest(closure);
+    if (fit && guard_.fits(*fit)) guard_.judge_by_the_rest(closure, *fit);
+  }
+  revise(report);
 }
 
 /// Of the matches that a pairing has found: those whose closures stand.

@@ -392,13 +392,16 @@ void PortJoiner::unite(Sighting a, Sighting b) {
   }
 }
 
-void PortJoiner::finish() {
+JoinReport PortJoiner::finish() {
+  JoinReport report;
   level_->adjust();
+  judge_by_the_rest(guard_.all_poses(), report);
   const int before = merged_;
   std::vector<int> all;
   for (const PortMap& map : maps_) all.push_back(map.base());
   merge_duplicates(all);
   if (merged_ > before) level_->adjust();
+  return report;
 }
 
 GaussianSe2 PortJoiner::global_T_newest_base() const {

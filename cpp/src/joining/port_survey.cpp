@@ -3,8 +3,8 @@
 namespace ssjs {
 
 JoinReport PortSurvey::finish() {
-  if (!maps().empty()) joiner_.finish();
-  return {};
+  if (maps().empty()) return {};
+  return joiner_.finish();
 }
 
 SurveyEstimate PortSurvey::estimate(std::size_t max_joint_bases) const {

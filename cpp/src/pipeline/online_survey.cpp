@@ -58,10 +58,19 @@ void OnlineSurvey::close(LevelledSubmap submap) {
   joining_ = std::async(std::launch::async, [this, map = std::move(submap)]() mutable { return joiner_.take(std::move(map)); });
 }
 
+void OnlineSurvey::count(const JoinReport& report) {
+  for (const LoopAttempt& loop : report.loops) {
+    if (loop.accepted) {
+      ++loop_closures_;
+    } else if (loop.revised) {
+      --loop_closures_;
+    }
+  }
+}
+
 void OnlineSurvey::take_over() {
   if (joining_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) ++waits_;
-  const JoinReport report = joining_.get();
-  for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+  count(joining_.get());
   compass_jumps_ = joiner_.compass_jumps();
   global_T_base_ = joiner_.global_T_newest_base();
 }
@@ -123,11 +132,10 @@ void OnlineSurvey::finish() {
   if (joining_.valid()) take_over();
   finished_ = true;
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
-    const JoinReport report = joiner_.take(std::move(*last));
-    for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+    count(joiner_.take(std::move(*last)));
     ++submaps_;
   }
-  if (!joiner_.maps().empty()) joiner_.finish();
+  if (!joiner_.maps().empty()) count(joiner_.finish());
 }
 
 /// What the maps say is asked of them when the background rests.

@@ -25,15 +25,16 @@ inline Claim claim(const LevelledWorld& world, int from, int to, const Eigen::Ve
   return {{from, to, GaussianSe2{additive_step(claimed, error), kClaimNoise}, {}, "claim"}, offset_m.norm() > 0.0};
 }
 
-/// Every base that comes within 25 m of an older one (five maps ago or more) is recognised with probability 0.7: the true claims. False ones
-/// until they are `share` of all: between any two such places, off by 5 to 50 m in any direction; half of them in groups of three successive
-/// bases with one common offset, which agree with each other. In the order in which they can be made.
+/// Every base that comes within 25 m of an older one (five maps ago or more) is recognised with probability 0.7: the true claims. False
+/// ones until they are `share` of all: between any two such places, off by 5 to 50 m in any direction; half of them in groups of three
+/// successive bases with one common offset, which agree with each other. In the order in which they can be made.
 inline std::vector<Claim> claims(const LevelledWorld& world, double share, Rng& rng) {
   std::vector<std::pair<int, int>> places;
   const auto n = static_cast<int>(world.bases.size());
   for (int to = 0; to < n; ++to) {
     for (int from = 0; from + 5 <= to; ++from) {
-      const Eigen::Vector2d d = world.bases[static_cast<std::size_t>(to)].translation() - world.bases[static_cast<std::size_t>(from)].translation();
+      const Eigen::Vector2d d =
+          world.bases[static_cast<std::size_t>(to)].translation() - world.bases[static_cast<std::size_t>(from)].translation();
       if (d.norm() < 25.0) places.emplace_back(from, to);
     }
   }
@@ -50,7 +51,9 @@ inline std::vector<Claim> claims(const LevelledWorld& world, double share, Rng& 
     const double direction = rng.uniform(-kPi, kPi);
     return {length_m * std::cos(direction), length_m * std::sin(direction)};
   };
-  const auto any_place = [&] { return places[std::min(places.size() - 1, static_cast<std::size_t>(rng.uniform() * static_cast<double>(places.size())))]; };
+  const auto any_place = [&] {
+    return places[std::min(places.size() - 1, static_cast<std::size_t>(rng.uniform() * static_cast<double>(places.size())))];
+  };
   int made = 0;
   while (made + 3 <= (wanted + 1) / 2) {
     const auto [from, to] = any_place();

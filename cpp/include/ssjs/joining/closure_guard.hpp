@@ -55,6 +55,16 @@ class ClosureGuard {
   /// Why it does not; empty when it does.
   [[nodiscard]] std::string reason(std::size_t closure);
 
+  /// What all other closures and the way together say of it, found by whoever holds them all (C-12): beyond the gate it does not stand;
+  /// within it, it may again.
+  void judge_by_the_rest(std::size_t closure, const ClosureFit& fit);
+  /// Proposals of a relative pose that share a part of the way with this one, the nearest, itself among them; or all.
+  [[nodiscard]] std::vector<std::size_t> poses_near(std::size_t closure) const;
+  [[nodiscard]] std::vector<std::size_t> all_poses() const;
+  /// Refused by judge_by_the_rest() alone.
+  [[nodiscard]] bool is_doubted(std::size_t closure) const { return closures_[closure].against_the_rest.has_value(); }
+  [[nodiscard]] bool fits(const ClosureFit& fit) const;
+
   [[nodiscard]] std::size_t size() const { return closures_.size(); }
   [[nodiscard]] const Closure& closure(std::size_t nth) const { return closures_[nth].closure; }
   /// Squared distance from the way without closures (C-5); nothing of closures that were never held against anything.
@@ -69,6 +79,7 @@ class ClosureGuard {
     ClosureStanding standing;
     std::optional<ClosureFit> alone;
     bool against_the_way = false;
+    std::optional<ClosureFit> against_the_rest{};
   };
   struct Contradiction {
     std::size_t a, b;
@@ -77,6 +88,7 @@ class ClosureGuard {
     double off_m;
   };
   [[nodiscard]] std::vector<std::size_t> partners_of(std::size_t nth) const;
+  [[nodiscard]] std::vector<std::size_t> nearest(std::vector<std::pair<int, std::size_t>> by_distance) const;
   void compare(std::size_t a, std::size_t b, const std::deque<PortMap>& maps);
   void resolve();
 

@@ -70,7 +70,7 @@ class PortJoiner {
   /// InvalidArgument on a closure that is none.
   JoinReport propose(const std::vector<Closure>& closures);
   /// Gauss-Newton over everything: the best estimate there is. Landmarks that are known twice by now are merged.
-  void finish();
+  JoinReport finish();
 
   [[nodiscard]] const std::deque<PortMap>& maps() const { return maps_; }
   [[nodiscard]] const PortLevel& level() const { return *level_; }
@@ -129,6 +129,8 @@ class PortJoiner {
   [[nodiscard]] bool holds(const Tie& tie) const { return !tie.closure || in_force_[*tie.closure]; }
   [[nodiscard]] LoopAttempt attempt_of(std::size_t closure);
   void put_in_force(const Tie& tie);
+  [[nodiscard]] std::optional<ClosureFit> against_the_rest(std::size_t closure) const;
+  void judge_by_the_rest(const std::vector<std::size_t>& closures, JoinReport& report);
   void revise(JoinReport& report);
   void rebuild();
   void merge_duplicates(const std::vector<int>& among);

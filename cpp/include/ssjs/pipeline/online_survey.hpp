@@ -84,6 +84,7 @@ class OnlineSurvey {
   void step(const NavigationTick& tick);
   void close(LevelledSubmap submap);
   void take_over();
+  void count(const JoinReport& report);
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
