@@ -258,4 +258,22 @@ Eigen::MatrixXd BatchPorts::covariance(const std::vector<Unknown>& unknowns) con
   return 0.5 * (joint + joint.transpose());
 }
 
+void BatchPorts::resume(const std::deque<PortMap>& maps) {
+  const auto known = [&](UnknownKind kind, int index) { return values_.holds({kind, index}); };
+  for (const int landmark : merged_) {
+    if (!known(UnknownKind::kLandmark, landmark)) throw InvalidArgument("merged landmark", landmark, "must be one of those there are");
+  }
+  for (const Drift& drift : drifts_) {
+    if (!known(UnknownKind::kOffset, drift.from) || !known(UnknownKind::kOffset, drift.to) || !(drift.variance > 0.0))
+      throw InvalidArgument("drift to offset", drift.to, "must lead from one offset to another, with a positive variance");
+  }
+  const bool settled = !pattern_is_stale_;
+  count_landmarks();
+  for (const PortMap& map : maps) set_factor(map, {});
+  if (!settled) return;
+  analyse();
+  cost_ = linearize();
+  if (hessian_.rows() > 0) factorize();
+}
+
 }  // namespace ssjs

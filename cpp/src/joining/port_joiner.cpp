@@ -381,4 +381,55 @@ GaussianSe2 PortJoiner::global_T_newest_base() const {
   return {level_->values().base(newest), level_->covariance({{UnknownKind::kBase, newest}})};
 }
 
+void PortJoiner::archive(Archive& a) {
+  std::map<std::int64_t, std::pair<int, Eigen::Index>> first_seen;  // a sighting by the number of its map
+  for (const auto& [id, sighting] : first_seen_) first_seen[id] = {sighting.map->base(), sighting.landmark};
+  bool has_compass = compass_.has_value();
+  CompassPorts compass = compass_.value_or(CompassPorts::kNone);
+  a("level", *level_);
+  a("maps", maps_);
+  a("extents", extents_);
+  a("first_seen", first_seen);
+  a("has_compass", has_compass);
+  a.choice("compass", compass, CompassPorts::kBorders);
+  a("compass_is_mean", compass_is_mean_);
+  a("last_mean_time_s", last_mean_time_s_);
+  a("landmark_ports", landmark_ports_);
+  a("compass_jumps", compass_jumps_);
+  a("merged", merged_);
+  a("wrongly_merged", wrongly_merged_);
+  if (!a.reading()) return;
+  a.require(extents_.size() == maps_.size(), "has more or fewer extents than maps");
+  if (has_compass) compass_ = compass;
+  for (const auto& [id, sighting] : first_seen) {
+    a.require(sighting.first >= 0 && static_cast<std::size_t>(sighting.first) < maps_.size(), "has a landmark of a map that is not there");
+    first_seen_[id] = {&maps_[static_cast<std::size_t>(sighting.first)], sighting.second};
+  }
+}
+
+std::vector<LevelledSubmap*> PortJoiner::submaps() {
+  std::vector<LevelledSubmap*> all;
+  for (PortMap& map : maps_) all.push_back(&map.submap);
+  return all;
+}
+
+void PortJoiner::resume() {
+  int next = 0;
+  for (const PortMap& map : maps_) {
+    const std::string name = "map " + std::to_string(next);
+    if (map.base() != next++) throw InvalidArgument(name, map.base(), "stands in the place of another");
+    for (const Port& port : map.ports) {
+      if (port.row < 0 || port.row + rows_of(port.unknown.kind) > map.submap.mean.size() || !level_->values().holds(port.unknown))
+        throw InvalidArgument(name, number(port.row), "has a port that is no entry of its state or of no unknown");
+    }
+  }
+  for (const auto& [id, sighting] : first_seen_) {
+    if (sighting.landmark < 0 || sighting.landmark >= sighting.map->submap.landmark_count())
+      throw InvalidArgument("landmark", number(sighting.landmark), "is none of its map");
+  }
+  if (level_->values().bases.size() != maps_.size() + 1)
+    throw InvalidArgument("bases", static_cast<double>(level_->values().bases.size()), "must be one more than the maps");
+  level_->resume(maps_);
+}
+
 }  // namespace ssjs

@@ -200,4 +200,13 @@ std::vector<LevelledStep> LevelledJournal::take() {
   return taken;
 }
 
+void LevelledJournal::archive(Archive& a) {
+  a("entries", entries_);
+  a("steps", steps_);
+  a("F", F_);
+  if (!a.reading()) return;
+  bytes_ = 0;
+  for (const Entry& entry : entries_) bytes_ += bytes_of(entry);
+}
+
 }  // namespace ssjs

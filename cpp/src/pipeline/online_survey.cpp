@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/base/whole_file.hpp"
 #include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
@@ -17,6 +18,10 @@ const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
     throw InvalidArgument("method", "not ssjs", "what joins online ties submaps by their ports, in bounded steps: use ssjs");
   return config;
 }
+
+constexpr std::int64_t kMostCheckpointBytes = std::int64_t{8} << 30U;
+
+CheckpointOwner owner(const OnlineSurveyConfig& config) { return {"online survey", field_texts(config)}; }
 
 }  // namespace
 
@@ -55,12 +60,19 @@ void OnlineSurvey::close(LevelledSubmap submap) {
   take_over_s_ = submap.end_time_s + config_.joining_delay_s;
   ++submaps_;
   global_T_base_ = compose_independent(global_T_base_, {submap.base_T_exit(), submap.covariance.topLeftCorner<3, 3>()});
+  join(std::move(submap));
+}
+
+/// What the background starts from is written down first: a checkpoint need not wait for it.
+void OnlineSurvey::join(LevelledSubmap submap) {
+  join_ = Join{state_of(joiner_), bytes_of(submap)};
   joining_ = std::async(std::launch::async, [this, map = std::move(submap)]() mutable { return joiner_.take(std::move(map)); });
 }
 
 void OnlineSurvey::take_over() {
   if (joining_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) ++waits_;
   const JoinReport report = joining_.get();
+  join_.reset();
   for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
   compass_jumps_ = joiner_.compass_jumps();
   global_T_base_ = joiner_.global_T_newest_base();
@@ -148,6 +160,63 @@ std::vector<SurveyStep> OnlineSurvey::trajectory() {
     trajectory.insert(trajectory.end(), steps.begin(), steps.end());
   }
   return trajectory;
+}
+
+SurveyState OnlineSurvey::state() {
+  SurveyState joiner = join_ ? join_->before : state_of(joiner_);
+  std::optional<std::string> submap;
+  if (join_) submap = join_->submap;
+  Archive a;
+  archive(a);
+  a("joiner", joiner.bytes);
+  a("joining", submap);
+  return {a.take_bytes(), std::move(joiner.submaps)};
+}
+
+void OnlineSurvey::read(Archive& a, const std::string& source) {
+  std::string joiner;
+  std::optional<std::string> submap;
+  archive(a);
+  a("joiner", joiner);
+  a("joining", submap);
+  read_joiner(joiner_, joiner, a, source);
+  const std::size_t submaps = joiner_.maps().size() + (submap ? 1 : 0);
+  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != submaps)
+    throw InvalidArgument("submaps", submaps_, "must be those of the joiner");
+  if (submap) join(submap_of(*submap, source));
+}
+
+std::string OnlineSurvey::checkpoint() { return seal_checkpoint(owner(config_), state()); }
+
+bool OnlineSurvey::checkpoint(const std::string& path) {
+  if (writing_.valid()) {
+    if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    writing_.get();
+  }
+  writing_ = std::async(std::launch::async,
+                        [config = config_, now = state(), path] { write_whole_file(path, seal_checkpoint(owner(config), now)); });
+  return true;
+}
+
+void OnlineSurvey::wait_for_checkpoint() {
+  if (writing_.valid()) writing_.get();
+}
+
+std::unique_ptr<OnlineSurvey> OnlineSurvey::restored(const OnlineSurveyConfig& config, std::string_view bytes, const std::string& source) {
+  auto survey = std::make_unique<OnlineSurvey>(config);
+  Archive a(open_checkpoint(owner(config), bytes, source), source);
+  try {
+    survey->read(a, source);
+  } catch (const FileError&) {
+    throw;
+  } catch (const Error& problem) {
+    throw FileError(source, 0, std::string("holds a state that cannot be: ") + problem.what());
+  }
+  return survey;
+}
+
+std::unique_ptr<OnlineSurvey> OnlineSurvey::restored_from(const OnlineSurveyConfig& config, const std::string& path) {
+  return restored(config, read_whole_file(path, kMostCheckpointBytes), path);
 }
 
 }  // namespace ssjs

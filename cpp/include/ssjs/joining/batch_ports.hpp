@@ -46,6 +46,12 @@ class BatchPorts final : public PortLevel {
   struct Drift {
     int from, to;
     double variance;
+
+    void archive(Archive& a) {
+      a("from", from);
+      a("to", to);
+      a("variance", variance);
+    }
   };
   void set_factor(const PortMap& map, const std::vector<Port>& more);
   void count_landmarks();
@@ -69,6 +75,17 @@ class BatchPorts final : public PortLevel {
   double cost_ = 0.0;
   bool pattern_is_stale_ = true;
   mutable std::map<Unknown, Eigen::MatrixXd> columns_;  ///< of the covariance, since the last factorisation
+
+ public:
+  /// Factors, pattern and factorisation follow from the ports and the values.
+  void archive(Archive& a) override {
+    a("values", values_);
+    a("merged", merged_);
+    a("drifts", drifts_);
+    a("prior", prior_);
+    a("pattern_is_stale", pattern_is_stale_);
+  }
+  void resume(const std::deque<PortMap>& maps) override;
 };
 
 }  // namespace ssjs

@@ -80,6 +80,12 @@ class PortJoiner {
     Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
     double radius_m = 0.0;
     double reach_m = 0.0;  ///< within which they may be: three standard deviations of each further
+
+    void archive(Archive& a) {
+      a("centroid", centroid);
+      a("radius_m", radius_m);
+      a("reach_m", reach_m);
+    }
   };
   /// Landmark `own` of the map in question is landmark `other` of another.
   struct Match {
@@ -113,6 +119,13 @@ class PortJoiner {
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
   int merged_ = 0, wrongly_merged_ = 0;
+
+ public:
+  /// All but the submaps, which are archived by themselves, as many as maps(): they never change, and most of the bytes are theirs.
+  void archive(Archive& a);
+  [[nodiscard]] std::vector<LevelledSubmap*> submaps();
+  /// After archive() has read into a new joiner and each of submaps() was read. Throws InvalidArgument where they do not fit each other.
+  void resume();
 };
 
 }  // namespace ssjs

@@ -7,6 +7,7 @@
 #include <deque>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
 
@@ -43,6 +44,17 @@ class LevelledJournal final : public LevelledFilterWatcher {
     Eigen::MatrixXd Y, L;                                      ///< kUpdate; kStep: Y = P(pose, all)
     std::vector<StateRows> rows;                               ///< kUpdate
     Eigen::Matrix<double, 3, VehicleLayout::kSize> J_vehicle;  ///< kAdd
+
+    void archive(Archive& a) {
+      a.choice("kind", kind, Kind::kAdd);
+      a("F", F);
+      if (kind != Kind::kAdd) a("Y", Y);
+      if (kind == Kind::kUpdate) {
+        a("L", L);
+        a("rows", rows);
+      }
+      if (kind == Kind::kAdd) a("J_vehicle", J_vehicle);
+    }
   };
 
   Entry& push(Kind kind);
@@ -56,6 +68,9 @@ class LevelledJournal final : public LevelledFilterWatcher {
   std::deque<Entry> entries_;  ///< without those that were forgotten
   std::vector<LevelledStep> steps_;
   VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry
+
+ public:
+  void archive(Archive& a);
 };
 
 }  // namespace ssjs

@@ -5,14 +5,17 @@
 #include <array>
 #include <cstdint>
 #include <future>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
+#include "ssjs/pipeline/online_checkpoint.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
 
 namespace ssjs {
@@ -65,6 +68,8 @@ class OnlineSurvey {
   OnlineSurvey& operator=(const OnlineSurvey&) = delete;
   ~OnlineSurvey() = default;  // waits for the background
 
+  [[nodiscard]] const OnlineSurveyConfig& config() const { return config_; }
+
   /// Takes one sample, or several of one time. Everything that is due goes through the filter.
   Arrival feed(const NavigationTick& sample);
 
@@ -80,7 +85,30 @@ class OnlineSurvey {
   [[nodiscard]] std::vector<SurveyLandmark> landmarks();
   [[nodiscard]] std::vector<SurveyStep> trajectory();
 
+  /// The whole state, whatever the background is doing: see restored(). Nothing that follows is changed by it.
+  [[nodiscard]] std::string checkpoint();
+  /// The same into a file, which appears as a whole or not at all. The state is taken now; a thread writes it. False, and nothing is done,
+  /// while the file before is still being written. Throws FileError when that one could not be.
+  [[nodiscard]] bool checkpoint(const std::string& path);
+  /// Waits for that file. Throws FileError when it could not be written.
+  void wait_for_checkpoint();
+
+  /// The survey as it was at its checkpoint: fed with what came after it, it ends with the same bytes. Throws FileError, with `source` as
+  /// its path, saying what is wrong with the bytes, or which setting differs.
+  [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored(const OnlineSurveyConfig& config, std::string_view bytes,
+                                                              const std::string& source);
+  [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored_from(const OnlineSurveyConfig& config, const std::string& path);
+
  private:
+  /// What the background works on.
+  struct Join {
+    SurveyState before;  ///< of the joiner
+    std::string submap;
+  };
+
+  [[nodiscard]] SurveyState state();
+  void read(Archive& a, const std::string& source);
+  void join(LevelledSubmap submap);
   void step(const NavigationTick& tick);
   void close(LevelledSubmap submap);
   void take_over();
@@ -100,7 +128,27 @@ class OnlineSurvey {
   int waits_ = 0;
   std::int64_t steps_ = 0;
   bool finished_ = false;
-  std::future<JoinReport> joining_;  ///< last: its destructor waits before anything else goes
+  std::optional<Join> join_;  ///< while `joining_` is valid
+  // last: their destructors wait before anything else goes
+  std::future<JoinReport> joining_;
+  std::future<void> writing_;  ///< a checkpoint
+
+ public:
+  /// All but the joiner.
+  void archive(Archive& a) {
+    a("window", window_);
+    a("builder", builder_);
+    a("global_T_base", global_T_base_);
+    a("take_over_s", take_over_s_);
+    a("arrivals", arrivals_);
+    a("heard_s", heard_s_);
+    a("loop_closures", loop_closures_);
+    a("compass_jumps", compass_jumps_);
+    a("submaps", submaps_);
+    a("waits", waits_);
+    a("steps", steps_);
+    a("finished", finished_);
+  }
 };
 
 }  // namespace ssjs
