@@ -134,7 +134,7 @@ class OnlineSurvey {
   std::future<void> writing_;  ///< a checkpoint
 
  public:
-  /// All but the joiner.
+  /// All but the joiner; waits_ is of this process.
   void archive(Archive& a) {
     a("window", window_);
     a("builder", builder_);
@@ -145,7 +145,6 @@ class OnlineSurvey {
     a("loop_closures", loop_closures_);
     a("compass_jumps", compass_jumps_);
     a("submaps", submaps_);
-    a("waits", waits_);
     a("steps", steps_);
     a("finished", finished_);
   }
