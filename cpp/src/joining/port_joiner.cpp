@@ -405,15 +405,12 @@ void PortJoiner::archive(Archive& a) {
     a.require(sighting.first >= 0 && static_cast<std::size_t>(sighting.first) < maps_.size(), "has a landmark of a map that is not there");
     first_seen_[id] = {&maps_[static_cast<std::size_t>(sighting.first)], sighting.second};
   }
+  check_read();
+  level_->resume(maps_);
 }
 
-std::vector<LevelledSubmap*> PortJoiner::submaps() {
-  std::vector<LevelledSubmap*> all;
-  for (PortMap& map : maps_) all.push_back(&map.submap);
-  return all;
-}
-
-void PortJoiner::resume() {
+/// Throws InvalidArgument where maps, ports and level do not fit each other.
+void PortJoiner::check_read() const {
   int next = 0;
   for (const PortMap& map : maps_) {
     const std::string name = "map " + std::to_string(next);
@@ -429,7 +426,6 @@ void PortJoiner::resume() {
   }
   if (level_->values().bases.size() != maps_.size() + 1)
     throw InvalidArgument("bases", static_cast<double>(level_->values().bases.size()), "must be one more than the maps");
-  level_->resume(maps_);
 }
 
 }  // namespace ssjs

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/base/whole_file.hpp"
+#include "ssjs/pipeline/checkpoint_file.hpp"
 #include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
@@ -60,22 +62,27 @@ void OnlineSurvey::close(LevelledSubmap submap) {
   take_over_s_ = submap.end_time_s + config_.joining_delay_s;
   ++submaps_;
   global_T_base_ = compose_independent(global_T_base_, {submap.base_T_exit(), submap.covariance.topLeftCorner<3, 3>()});
-  join(std::move(submap));
-}
-
-/// What the background starts from is written down first: a checkpoint need not wait for it.
-void OnlineSurvey::join(LevelledSubmap submap) {
-  join_ = Join{state_of(joiner_), bytes_of(submap)};
-  joining_ = std::async(std::launch::async, [this, map = std::move(submap)]() mutable { return joiner_.take(std::move(map)); });
+  std::promise<void> done;
+  is_joined_ = done.get_future().share();
+  joining_ = std::async(std::launch::async, [this, read = is_read_, done = std::move(done), map = std::move(submap)]() mutable {
+    if (read.valid()) read.wait();
+    try {
+      joined_.report = joiner_.take(std::move(map));
+      joined_.global_T_newest_base = joiner_.global_T_newest_base();
+      done.set_value();
+    } catch (...) {
+      done.set_exception(std::current_exception());
+      throw;
+    }
+  });
 }
 
 void OnlineSurvey::take_over() {
   if (joining_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) ++waits_;
-  const JoinReport report = joining_.get();
-  join_.reset();
-  for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+  joining_.get();
+  for (const LoopAttempt& loop : joined_.report.loops) loop_closures_ += loop.accepted ? 1 : 0;
   compass_jumps_ = joiner_.compass_jumps();
-  global_T_base_ = joiner_.global_T_newest_base();
+  global_T_base_ = joined_.global_T_newest_base;
 }
 
 std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
@@ -134,6 +141,7 @@ void OnlineSurvey::finish() {
   while (const std::optional<NavigationTick> due = window_.take(true)) step(*due);
   if (joining_.valid()) take_over();
   finished_ = true;
+  rest();
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
     const JoinReport report = joiner_.take(std::move(*last));
     for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
@@ -144,7 +152,9 @@ void OnlineSurvey::finish() {
 
 /// What the maps say is asked of them when the background rests.
 void OnlineSurvey::rest() {
-  if (joining_.valid()) joining_.wait();
+  for (const std::shared_future<void>& work : {is_joined_, is_read_}) {
+    if (work.valid()) work.wait();
+  }
 }
 
 std::vector<SurveyLandmark> OnlineSurvey::landmarks() {
@@ -162,39 +172,60 @@ std::vector<SurveyStep> OnlineSurvey::trajectory() {
   return trajectory;
 }
 
-SurveyState OnlineSurvey::state() {
-  SurveyState joiner = join_ ? join_->before : state_of(joiner_);
-  std::optional<std::string> submap;
-  if (join_) submap = join_->submap;
-  Archive a;
-  archive(a);
-  a("joiner", joiner.bytes);
-  a("joining", submap);
-  return {a.take_bytes(), std::move(joiner.submaps)};
+void OnlineSurvey::archive_joiner(Archive& a, bool joining) {
+  a("joiner", joiner_);
+  if (joining) a("joined", joined_);
 }
 
-void OnlineSurvey::read(Archive& a, const std::string& source) {
-  std::string joiner;
-  std::optional<std::string> submap;
+void OnlineSurvey::read(Archive& a) {
+  bool joining = false;
   archive(a);
-  a("joiner", joiner);
-  a("joining", submap);
-  read_joiner(joiner_, joiner, a, source);
-  const std::size_t submaps = joiner_.maps().size() + (submap ? 1 : 0);
-  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != submaps)
+  a("joining", joining);
+  archive_joiner(a, joining);
+  a.end();
+  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size()) {
     throw InvalidArgument("submaps", submaps_, "must be those of the joiner");
-  if (submap) join(submap_of(*submap, source));
+  }
+  if (!joining) return;
+  std::promise<void> done;
+  done.set_value();
+  joining_ = done.get_future();
 }
 
-std::string OnlineSurvey::checkpoint() { return seal_checkpoint(owner(config_), state()); }
+std::string OnlineSurvey::checkpoint() {
+  rest();
+  Archive a;
+  bool joining = joining_.valid();
+  archive(a);
+  a("joining", joining);
+  archive_joiner(a, joining);
+  return seal_checkpoint(owner(config_), a.take_bytes(), "");
+}
 
 bool OnlineSurvey::checkpoint(const std::string& path) {
   if (writing_.valid()) {
     if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
     writing_.get();
   }
-  writing_ = std::async(std::launch::async,
-                        [config = config_, now = state(), path] { write_whole_file(path, seal_checkpoint(owner(config), now)); });
+  Archive now;
+  bool joining = joining_.valid();
+  archive(now);
+  now("joining", joining);
+  std::promise<void> read;
+  is_read_ = read.get_future().share();
+  writing_ =
+      std::async(std::launch::async, [this, path, joining, joined = is_joined_, own = now.take_bytes(), read = std::move(read)]() mutable {
+        Archive a;
+        try {
+          if (joined.valid()) joined.get();
+          archive_joiner(a, joining);
+        } catch (...) {
+          read.set_value();
+          throw;
+        }
+        read.set_value();
+        write_whole_file(path, seal_checkpoint(owner(config_), own, a.take_bytes()));
+      });
   return true;
 }
 
@@ -206,7 +237,7 @@ std::unique_ptr<OnlineSurvey> OnlineSurvey::restored(const OnlineSurveyConfig& c
   auto survey = std::make_unique<OnlineSurvey>(config);
   Archive a(open_checkpoint(owner(config), bytes, source), source);
   try {
-    survey->read(a, source);
+    survey->read(a);
   } catch (const FileError&) {
     throw;
   } catch (const Error& problem) {

@@ -121,11 +121,11 @@ class PortJoiner {
   int merged_ = 0, wrongly_merged_ = 0;
 
  public:
-  /// All but the submaps, which are archived by themselves, as many as maps(): they never change, and most of the bytes are theirs.
+  /// Reads into a new joiner.
   void archive(Archive& a);
-  [[nodiscard]] std::vector<LevelledSubmap*> submaps();
-  /// After archive() has read into a new joiner and each of submaps() was read. Throws InvalidArgument where they do not fit each other.
-  void resume();
+
+ private:
+  void check_read() const;
 };
 
 }  // namespace ssjs

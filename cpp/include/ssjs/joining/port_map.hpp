@@ -70,8 +70,10 @@ struct PortMap {
   [[nodiscard]] int base() const { return submap.index; }
   [[nodiscard]] std::optional<Unknown> unknown_at(Eigen::Index row) const;
 
-  /// The ports; the submap never changes and is archived by itself.
-  void archive(Archive& a) { a("ports", ports); }
+  void archive(Archive& a) {
+    a("submap", submap);
+    a("ports", ports);
+  }
 };
 
 /// Rows of these ports in the state of their map, one after the other.

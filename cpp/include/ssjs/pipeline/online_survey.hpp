@@ -15,7 +15,6 @@
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
-#include "ssjs/pipeline/online_checkpoint.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
 
 namespace ssjs {
@@ -100,15 +99,19 @@ class OnlineSurvey {
   [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored_from(const OnlineSurveyConfig& config, const std::string& path);
 
  private:
-  /// What the background works on.
-  struct Join {
-    SurveyState before;  ///< of the joiner
-    std::string submap;
+  /// What became of a finished submap.
+  struct Joined {
+    JoinReport report;
+    GaussianSe2 global_T_newest_base;
+
+    void archive(Archive& a) {
+      a("report", report);
+      a("global_T_newest_base", global_T_newest_base);
+    }
   };
 
-  [[nodiscard]] SurveyState state();
-  void read(Archive& a, const std::string& source);
-  void join(LevelledSubmap submap);
+  void archive_joiner(Archive& a, bool joining);
+  void read(Archive& a);
   void step(const NavigationTick& tick);
   void close(LevelledSubmap submap);
   void take_over();
@@ -128,9 +131,11 @@ class OnlineSurvey {
   int waits_ = 0;
   std::int64_t steps_ = 0;
   bool finished_ = false;
-  std::optional<Join> join_;  ///< while `joining_` is valid
+  Joined joined_;  ///< by the last join; the background's until `is_joined_`
+  // Who reads the joiner's state waits for the join before it, a join for who reads.
+  std::shared_future<void> is_joined_, is_read_;
   // last: their destructors wait before anything else goes
-  std::future<JoinReport> joining_;
+  std::future<void> joining_;  ///< valid until it is taken over
   std::future<void> writing_;  ///< a checkpoint
 
  public:
