@@ -32,6 +32,7 @@ foreach(folder IN LISTS ssjs_test_folders)
   target_link_libraries(${test_target} PRIVATE ssjs_${test_library} GTest::gtest_main)
   if(folder STREQUAL "embed")
     target_link_libraries(${test_target} PRIVATE ssjs_online) # beside ssjs::slam, which simulates
+    target_include_directories(${test_target} PRIVATE "${PROJECT_SOURCE_DIR}/examples/ros2" "${PROJECT_SOURCE_DIR}/tests/cpp/embed/ros2_stand_in")
   endif()
   if(NOT test_library STREQUAL "slam")
     # nothing precompiled: these sources see no Eigen
