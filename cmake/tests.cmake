@@ -38,6 +38,7 @@ foreach(folder IN LISTS ssjs_test_folders)
     target_link_libraries(ssjs_survivor PRIVATE ssjs_slam ssjs_online)
     add_dependencies(${test_target} ssjs_survivor)
     target_compile_definitions(${test_target} PRIVATE SSJS_SURVIVOR="$<TARGET_FILE:ssjs_survivor>")
+    target_include_directories(${test_target} PRIVATE "${PROJECT_SOURCE_DIR}/examples/ros2" "${PROJECT_SOURCE_DIR}/tests/cpp/embed/ros2_stand_in")
   endif()
   if(NOT test_library STREQUAL "slam")
     # nothing precompiled: these sources see no Eigen
