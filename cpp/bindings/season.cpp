@@ -78,7 +78,8 @@ void add_season(py::module_& module) {
   py::class_<SeasonMaps>(module, "SeasonMaps", "The maps of missions, to be merged.")
       .def(py::init<>())
       .def("add", &SeasonMaps::add, py::arg("pose"), py::arg("pose_covariance"), py::arg("position"), py::arg("covariance"),
-           "pose: x, y, heading of the mission's frame in the world by its origin alone; position: n x 3 x, y, depth in the mission's frame; "
+           "pose: x, y, heading of the mission's frame in the world by its origin alone; position: n x 3 x, y, depth in the mission's "
+           "frame; "
            "covariance: 3n x 3n, of all of them.")
       .def("__len__", [](const SeasonMaps& maps) { return maps.missions.size(); });
   module.def(

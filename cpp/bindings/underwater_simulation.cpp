@@ -92,8 +92,7 @@ py::dict simulate_auv_survey(std::uint64_t seed, const py::dict& vehicle, const 
 
 py::dict simulate_on_shared_seabed(std::uint64_t seed, const py::dict& vehicle, const py::dict& lines, const py::dict& seabed) {
   auto simulated = config_from<AuvSimulationConfig>(vehicle);
-  const PlacedSurvey placed =
-      survey_on_shared_seabed(config_from<SharedSeabedConfig>(seabed), config_from<SurveyWorldConfig>(lines), seed);
+  const PlacedSurvey placed = survey_on_shared_seabed(config_from<SharedSeabedConfig>(seabed), config_from<SurveyWorldConfig>(lines), seed);
   simulated.compass_offset_rad = placed.compass_offset_rad;
   SimulatedSurvey survey;
   {

@@ -52,7 +52,9 @@ def survey_geojson(track_m: FloatArray, contacts: Sequence[Contact], geodetic: G
     properties: list[dict[str, Any]] = []
     for row in contact_rows(contacts, geodetic):
         told = {column: decimals for column, decimals in COLUMNS.items() if row[column] is not None}
-        properties.append({column: row[column] if decimals is None else round(float(row[column]), decimals) for column, decimals in told.items()})
+        properties.append(
+            {column: row[column] if decimals is None else round(float(row[column]), decimals) for column, decimals in told.items()}
+        )
     features = [track_feature(track_m, geodetic)] if len(track_m) else []
     return feature_collection([*features, *contact_features(contacts, properties, geodetic)])
 

@@ -11,7 +11,6 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.formats.number_table import FloatArray
 
 LANDMARK_COVARIANCE_FILE = "landmark_covariance.npz"
-UPPER = "upper"
 
 
 def write_landmark_covariance(directory: Path, covariance: Any) -> None:
@@ -19,7 +18,7 @@ def write_landmark_covariance(directory: Path, covariance: Any) -> None:
     if covariance is None:
         return
     values = np.asarray(covariance, dtype=np.float64)
-    np.savez(directory / LANDMARK_COVARIANCE_FILE, **{UPPER: values[np.triu_indices(len(values))]})
+    np.savez(directory / LANDMARK_COVARIANCE_FILE, upper=values[np.triu_indices(len(values))])
 
 
 def read_landmark_covariance(directory: Path, landmarks: int) -> FloatArray | None:
@@ -29,7 +28,7 @@ def read_landmark_covariance(directory: Path, landmarks: int) -> FloatArray | No
         return None
     try:
         with np.load(path, allow_pickle=False) as archive:
-            upper = np.asarray(archive[UPPER], dtype=np.float64)
+            upper = np.asarray(archive["upper"], dtype=np.float64)
     except (zipfile.BadZipFile, KeyError, ValueError, EOFError) as error:
         raise UserError(f"{path}: is damaged ({error}); run the mission again") from error
     rows = 3 * landmarks

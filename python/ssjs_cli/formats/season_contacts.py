@@ -65,4 +65,3 @@ def _plain(contacts: Sequence[Any]) -> list[Contact]:
         Contact(contact.id, contact.position_m[0], contact.position_m[1], contact.covariance_m2, contact.times_seen, contact.position_m[2])
         for contact in contacts
     ]
-

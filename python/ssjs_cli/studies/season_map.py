@@ -77,9 +77,12 @@ def season_map(directories: Iterable[Path], progress: Callable[[float], bool] | 
         except (ApartError, UserError) as error:
             made.apart.append((directory.name, str(error)))
     missions.sort(key=lambda mission: (mission.start_s, mission.name))
-    made.apart.sort()
     for origin, members in _regions(missions):
-        made.regions.append(_merged(origin, members, len(made.contacts), progress))
+        try:
+            made.regions.append(_merged(origin, members, len(made.contacts), progress))
+        except UserError as error:
+            made.apart += [(mission.name, str(error)) for mission in members]
+    made.apart.sort()
     return made
 
 
@@ -104,9 +107,7 @@ def _frame_of(mission: Geodetic, region: Geodetic) -> tuple[float, float, float]
     return float(start[0]), float(start[1]), math.atan2(north[1] - start[1], north[0] - start[0])
 
 
-def _merged(
-    origin: Geodetic, missions: Sequence[SeasonMission], first_id: int, progress: Callable[[float], bool] | None
-) -> Region:
+def _merged(origin: Geodetic, missions: Sequence[SeasonMission], first_id: int, progress: Callable[[float], bool] | None) -> Region:
     maps = _core.SeasonMaps()
     frames = [_frame_of(mission.origin, origin) for mission in missions]
     for mission, frame in zip(missions, frames, strict=True):
@@ -118,13 +119,14 @@ def _merged(
         raise UserError(f"the maps of the season do not fit together: {error}") from error
     region = Region(origin)
     for row, mission in enumerate(missions):
-        frame = tuple(float(value) for value in season["frames"][row])
+        x, y, heading = (float(value) for value in season["frames"][row])
+        frame = (x, y, heading)
         covariance = season["frame_covariance"][row]
         region.missions.append(
             PlacedMission(
                 mission.name,
                 int(season["sites"][row]),
-                (frame[0], frame[1], frame[2]),
+                frame,
                 math.sqrt(float(np.linalg.eigvalsh([[covariance[0], covariance[1]], [covariance[1], covariance[3]]])[-1])),
                 math.hypot(frame[0] - frames[row][0], frame[1] - frames[row][1]),
                 _moved(mission.track_m, frame),
@@ -142,7 +144,7 @@ def _moved(points_m: FloatArray, frame: Sequence[float]) -> FloatArray:
 
 def _contacts(season: dict[str, Any], missions: Sequence[SeasonMission], first_id: int) -> list[SeasonContact]:
     """What a mission takes for an object, or what two of them saw."""
-    contacts = []
+    contacts: list[SeasonContact] = []
     borders = np.searchsorted(season["sighting_contact"], np.arange(len(season["position"]) + 1))
     for row, (first, last) in enumerate(zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True)):
         seen = list(zip(season["sighting_mission"][first:last].tolist(), season["sighting_landmark"][first:last].tolist(), strict=True))
