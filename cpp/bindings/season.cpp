@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "columns.hpp"
@@ -25,7 +27,7 @@ using Array = py::EigenDRef<const Eigen::MatrixXd>;
 class SeasonMaps {
  public:
   void add(const Eigen::Vector3d& pose, const Eigen::Matrix3d& pose_covariance, const Array& position, const Array& covariance) {
-    if (position.cols() != 3) throw InvalidArgument("position", position.cols(), "n x 3: x, y, depth");
+    if (position.cols() != 3) throw InvalidArgument("position", std::to_string(position.cols()) + " columns", "n x 3: x, y, depth");
     MissionMap mission;
     mission.world_T_mission = {Se2::from_vector(pose), pose_covariance};
     mission.mean.resize(3 * position.rows());
