@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 SEASON_SHEET: tuple[SheetColumn, ...] = (
     ("mission", "mission", None, 1.0),
+    ("run", "run directory", None, 1.0),
     ("outlier_score", "stands out", 1, 1.0),
     ("stands_out_by", "by", None, 1.0),
     ("warnings", "warnings", 0, 1.0),
@@ -27,7 +28,6 @@ SEASON_SHEET: tuple[SheetColumn, ...] = (
     ("map_error_mean_m", "map error [m]", 3, 1.0),
     ("nees_mean", "pose NEES", 2, 1.0),
     ("time_total_s", "time [s]", 2, 1.0),
-    ("run", "run directory", None, 1.0),
 )
 CONTACT_SHEET: tuple[SheetColumn, ...] = (
     ("id", "contact", 0, 1.0),
@@ -68,7 +68,7 @@ def season_page(title: str, rows: Sequence[Mapping[str, Any]], made: "SeasonMap"
         ],
         sheets=[_missions(rows), *_contacts(made), *_apart(made)],
         sections=_maps(rows, made),
-        failures=shown_failures([(row["mission"], row["reason"]) for row in rows if row["reason"]]),
+        failures=shown_failures([(row["path"], row["reason"]) for row in rows if row["reason"]]),
     )
     return render_study(page)
 
