@@ -139,6 +139,26 @@ void PortJoiner::attach(PortMap& map) {
   put(map, fresh);
 }
 
+void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
+  if (!maps_.empty()) throw InvalidArgument("stand_on", "late call", "comes before every map");
+  const auto n = static_cast<Eigen::Index>(world_T_base.size());
+  LevelledSubmap datum;
+  datum.mean.resize(3 * n);
+  datum.covariance = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+  std::vector<Port> bases;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const GaussianSe2& base = world_T_base[static_cast<std::size_t>(k)];
+    datum.mean.segment<3>(3 * k) = base.mean.vector();
+    datum.covariance.block<3, 3>(3 * k, 3 * k) = base.covariance;
+    bases.push_back({3 * k, {UnknownKind::kBase, static_cast<int>(k) + 1}});
+  }
+  bases_are_given_ = true;
+  extents_.emplace_back();
+  maps_.push_back({std::move(datum), {}});
+  level_->introduce(maps_.back(), bases);  // (P-24)
+  put(maps_.back(), bases);
+}
+
 JoinReport PortJoiner::take(LevelledSubmap submap) {
   check(submap);
   const int newest = submap.index;
@@ -166,7 +186,7 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   }
   extents_.push_back(extent);
   maps_.push_back({std::move(submap), {}});
-  attach(maps_.back());
+  if (!bases_are_given_) attach(maps_.back());
   level_->settle();
 
   JoinReport report;
