@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <future>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
+#include "ssjs/pipeline/background_worker.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
 
@@ -54,7 +54,7 @@ struct SurveyStatus {
   int loop_closures = 0;  ///< pairs of maps tied so far
   int compass_jumps = 0;
   int waits = 0;         ///< times that the caller had to wait for the background
-  bool joining = false;  ///< the background is at work
+  bool joining = false;  ///< the background is at work; not a matter of the samples alone
 };
 
 class OnlineSurvey {
@@ -82,14 +82,14 @@ class OnlineSurvey {
 
  private:
   void step(const NavigationTick& tick);
-  void close(LevelledSubmap submap);
+  void close(TickResult& finished);
   void take_over();
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
   ReorderWindow window_;
   LevelledBuilder builder_;
-  PortJoiner joiner_;          ///< the background's while `joining_` is valid
+  PortJoiner joiner_;          ///< the background's while it has a job
   GaussianSe2 global_T_base_;  ///< of the map that is being built
   double take_over_s_ = 0.0;
   std::array<std::int64_t, 6> arrivals_{};
@@ -100,7 +100,15 @@ class OnlineSurvey {
   int waits_ = 0;
   std::int64_t steps_ = 0;
   bool finished_ = false;
-  std::future<JoinReport> joining_;  ///< last: its destructor waits before anything else goes
+  /// What the background works on, and what came of it.
+  struct Joining {
+    LevelledSubmap submap;
+    std::optional<UnsmoothedSteps> steps;
+    JoinReport report;
+    GaussianSe2 global_T_newest_base;
+  };
+  Joining joining_;
+  BackgroundWorker background_;  ///< last: its destructor waits before anything else goes
 };
 
 }  // namespace ssjs

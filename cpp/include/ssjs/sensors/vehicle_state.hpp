@@ -46,7 +46,7 @@ struct VehicleRows {
   Eigen::Matrix<double, Eigen::Dynamic, VehicleLayout::kSize, 0, 3, VehicleLayout::kSize> H;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> R;
 
-  explicit VehicleRows(Eigen::Index rows) {
+  explicit VehicleRows(Eigen::Index rows = 0) {
     residual.setZero(rows);
     H.setZero(rows, VehicleLayout::kSize);
     R.setZero(rows, rows);
