@@ -87,6 +87,7 @@ class Estimator::Inside {
 
  public:
   OnlineSurvey& survey;
+  NavigationTick sighted;  ///< one sighting; its memory serves the next
   std::int64_t failures = 0;
   std::array<char, 512> error{};
 
@@ -151,12 +152,14 @@ Arrival Estimator::feed(const Velocity& sample) noexcept {
 
 Arrival Estimator::feed(const Sighting& sample) noexcept {
   return inside_->guarded(Arrival::kFailed, [&] {
-    NavigationTick tick = tick_at(sample.time_s);
-    SideScanSighting sighting;
+    NavigationTick& tick = inside_->sighted;
+    tick.time_s = sample.time_s;
+    tick.sightings.resize(1);
+    SideScanSighting& sighting = tick.sightings.front();
+    sighting = {};
     sighting.vehicle_p_point = Eigen::Map<const Eigen::Vector3d>(sample.position_m);
     if (sample.has_covariance) sighting.covariance = Eigen::Map<const Eigen::Matrix3d>(sample.covariance_m2);
     if (sample.landmark_id >= 0) sighting.landmark_id = sample.landmark_id;
-    tick.sightings.push_back(sighting);
     return inside_->feed(tick);
   });
 }

@@ -15,7 +15,6 @@
 namespace ssjs {
 namespace {
 
-constexpr double kReachSigmas = 3.0;
 constexpr double kOffsetGate = 0.999999;           // a compass that jumped between two maps is met anew
 constexpr double kSmallestNeighbourhood_m = 25.0;  // radius in which landmarks are counted: a swath, where a map has few of its own
 
@@ -174,20 +173,11 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
     last_mean_time_s_ = time_s;
     insert_compass_mean(submap);
   }
-  Extent extent;
-  const Eigen::Index n = submap.landmark_count();
-  for (Eigen::Index i = 0; i < n; ++i) extent.centroid += submap.mean.segment<2>(submap.landmark_offset(i)) / static_cast<double>(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index at = submap.landmark_offset(i);
-    const double sigma_m = largest_sigma(submap.covariance.block<2, 2>(at, at));
-    const double distance_m = (submap.mean.segment<2>(at) - extent.centroid).norm();
-    extent.radius_m = std::max(extent.radius_m, distance_m);
-    extent.reach_m = std::max(extent.reach_m, distance_m + kReachSigmas * sigma_m);
-  }
-  extents_.push_back(extent);
+  const MapExtent extent = extent_of(submap);
   maps_.push_back({std::move(submap), {}});
   if (!bases_are_given_) attach(maps_.back());
   level_->settle();
+  reach_.add(extent, *level_);
 
   JoinReport report;
   if (config_.association == AssociationMethod::kKnown) {
@@ -208,33 +198,13 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
     }
     return report;
   }
-  const std::vector<int> others = maps_in_reach(newest);
+  const std::vector<int> others = reach_.of_newest(*level_);
   report.append(pair_with(newest, others, false));
   for (const int other : others) report.append(pair_with(other, {newest}, true));
   std::vector<int> around = others;
   around.push_back(newest);
   merge_duplicates(around);
   return report;
-}
-
-std::vector<int> PortJoiner::maps_in_reach(int newest) const {
-  std::vector<int> others;
-  const Extent& own = extents_[static_cast<std::size_t>(newest)];
-  const PortMap& map = maps_[static_cast<std::size_t>(newest)];
-  if (map.submap.landmark_count() == 0) return others;
-  const Unknown own_base{UnknownKind::kBase, newest};
-  for (int k = 0; k < newest; ++k) {
-    const Extent& extent = extents_[static_cast<std::size_t>(k)];
-    if (maps_[static_cast<std::size_t>(k)].submap.landmark_count() == 0) continue;
-    const RelativePose tau = relative_pose(level_->values().base(k), level_->values().base(newest));
-    Eigen::Matrix<double, 2, 6> J;
-    const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, own.centroid);
-    J << J_tau * tau.J_i, J_tau * tau.J_j;
-    const Eigen::Matrix2d P = J * level_->covariance({{UnknownKind::kBase, k}, own_base}) * J.transpose();
-    const double gap_m = (tau.i_T_j * own.centroid - extent.centroid).norm() - own.reach_m - extent.reach_m;
-    if (gap_m <= kReachSigmas * largest_sigma(P)) others.push_back(k);  // (J-6)
-  }
-  return others;
 }
 
 std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
@@ -251,7 +221,7 @@ std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
 }
 
 double PortJoiner::density_around(int observer, const std::vector<Sighting>& predicted) const {
-  const Extent& extent = extents_[static_cast<std::size_t>(observer)];
+  const MapExtent& extent = reach_.extent(observer);
   const PortMap& map = maps_[static_cast<std::size_t>(observer)];
   const double radius = std::max(extent.radius_m, kSmallestNeighbourhood_m);
   const Eigen::Vector2d centre = level_->values().base(observer) * extent.centroid;
@@ -408,7 +378,7 @@ void PortJoiner::archive(Archive& a) {
   CompassPorts compass = compass_.value_or(CompassPorts::kNone);
   a("level", *level_);
   a("maps", maps_);
-  a("extents", extents_);
+  a("reach", reach_);
   a("first_seen", first_seen);
   a("has_compass", has_compass);
   a.choice("compass", compass, CompassPorts::kBorders);
@@ -419,7 +389,7 @@ void PortJoiner::archive(Archive& a) {
   a("merged", merged_);
   a("wrongly_merged", wrongly_merged_);
   if (!a.reading()) return;
-  a.require(extents_.size() == maps_.size(), "has more or fewer extents than maps");
+  a.require(reach_.maps() == maps_.size(), "has more or fewer extents than maps");
   if (has_compass) compass_ = compass;
   for (const auto& [id, sighting] : first_seen) {
     a.require(sighting.first >= 0 && static_cast<std::size_t>(sighting.first) < maps_.size(), "has a landmark of a map that is not there");

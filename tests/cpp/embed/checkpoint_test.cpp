@@ -99,17 +99,19 @@ TEST_P(Checkpoint, AtEveryStage) {
   survey.feed(ticks[0]);
   EXPECT_EQ(end_of(*restored(survey), 1), end);  // the first sample, which waits
   bool in_a_submap = false, joining = false, joined = false;
+  std::size_t closed_at = 0;
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     const int submaps = survey.status().submaps;
     survey.feed(ticks[i]);
     const SurveyStatus status = survey.status();
+    if (status.submaps > submaps) closed_at = i;
     if (!in_a_submap && submaps == 0 && status.landmarks > 2) {
       in_a_submap = true;
       EXPECT_EQ(end_of(*restored(survey), i + 1), end);
-    } else if (!joining && status.submaps == 3 && status.joining) {
+    } else if (!joining && status.submaps == 3) {  // just closed: what its join finds is taken over later
       joining = true;
       EXPECT_EQ(end_of(*restored(survey), i + 1), end);
-    } else if (!joined && status.submaps >= 4 && !status.joining) {
+    } else if (!joined && status.submaps >= 4 && i == closed_at + 300) {
       joined = true;
       EXPECT_EQ(end_of(*restored(survey), i + 1), end);
     }

@@ -57,6 +57,13 @@ class Archive {
   /// A field that may be infinite.
   void unbounded(std::string_view name, double& value);
 
+  /// So many numbers, where other fields say how many.
+  void numbers(std::string_view name, double* data, std::size_t count) {
+    const Inside inside(*this, name);
+    check_name(name);
+    numbers(data, count);
+  }
+
   /// An enumeration of 0, 1, ..., last.
   template <class Enum>
   void choice(std::string_view name, Enum& value, Enum last) {
@@ -160,8 +167,9 @@ class Archive {
   void item(std::optional<T>& value) {
     bool has_value = value.has_value();
     item(has_value);
-    if (reading_) value = has_value ? std::optional<T>(T{}) : std::nullopt;
-    if (value) item(*value);
+    if (reading_) value.reset();
+    if (!has_value) return;
+    item(reading_ ? value.emplace() : *value);
   }
   template <class A, class B>
   void item(std::pair<A, B>& value) {

@@ -5,8 +5,8 @@
 /// Frames: x north (or ahead at the start), y to starboard of it, z down; body x forward, y starboard, z down. Roll positive with starboard
 /// down, pitch with the bow up, yaw clockwise. m, rad, s. Covariances row-major, of (x, y, z, roll, pitch, yaw) added to the estimate.
 ///
-/// Threads: an Estimator belongs to one thread at a time; two of them share nothing. It starts a short-lived thread whenever a submap is
-/// finished. No global state, no output, no exceptions but from the constructor.
+/// Threads: an Estimator belongs to one thread at a time; two of them share nothing. It starts a thread with its first submap, which works
+/// whenever one is finished. No global state, no output, no exceptions but from the constructor.
 #pragma once
 
 #include <cstddef>

@@ -84,6 +84,7 @@ class LevelledFilter {
   [[nodiscard]] Eigen::MatrixXd covariance() const;  ///< a copy, both triangles
   /// P(pose, all), 6 x size(): pose = position and attitude.
   [[nodiscard]] Eigen::Matrix<double, 6, Eigen::Dynamic> pose_rows() const;
+  void read_pose_rows(Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> rows) const;  ///< the same, into what is there
 
  private:
   void reserve(Eigen::Index landmarks);

@@ -14,6 +14,7 @@
 #include "ssjs/joining/port_association.hpp"
 #include "ssjs/joining/port_duplicates.hpp"
 #include "ssjs/joining/port_level.hpp"
+#include "ssjs/joining/port_reach.hpp"
 #include "ssjs/mapping/scan_association.hpp"
 
 namespace ssjs {
@@ -78,18 +79,6 @@ class PortJoiner {
   [[nodiscard]] int wrongly_merged() const { return wrongly_merged_; }
 
  private:
-  /// Landmarks of one map around their centroid, base frame.
-  struct Extent {
-    Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
-    double radius_m = 0.0;
-    double reach_m = 0.0;  ///< within which they may be: three standard deviations of each further
-
-    void archive(Archive& a) {
-      a("centroid", centroid);
-      a("radius_m", radius_m);
-      a("reach_m", reach_m);
-    }
-  };
   /// Landmark `own` of the map in question is landmark `other` of another.
   struct Match {
     Eigen::Index own;
@@ -102,7 +91,6 @@ class PortJoiner {
   [[nodiscard]] int offset_at_start(const PortMap& map) const;
   [[nodiscard]] bool offset_is_shared() const;
 
-  [[nodiscard]] std::vector<int> maps_in_reach(int newest) const;
   [[nodiscard]] std::vector<Match> match_by_identity(int newest) const;
   JoinReport pair_with(int observer, const std::vector<int>& others, bool only_ports);
   void join(int observer, const std::vector<Match>& matches);
@@ -114,7 +102,7 @@ class PortJoiner {
   PortAssociationConfig association_;
   std::unique_ptr<PortLevel> level_;
   std::deque<PortMap> maps_;
-  std::vector<Extent> extents_;
+  PortReach reach_;
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;

@@ -14,6 +14,7 @@
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
+#include "ssjs/pipeline/background_worker.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
 
@@ -56,7 +57,7 @@ struct SurveyStatus {
   int loop_closures = 0;  ///< pairs of maps tied so far
   int compass_jumps = 0;
   int waits = 0;         ///< times that the caller had to wait for the background
-  bool joining = false;  ///< the background is at work
+  bool joining = false;  ///< the background is at work; not a matter of the samples alone
 };
 
 class OnlineSurvey {
@@ -99,28 +100,17 @@ class OnlineSurvey {
   [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored_from(const OnlineSurveyConfig& config, const std::string& path);
 
  private:
-  /// What became of a finished submap.
-  struct Joined {
-    JoinReport report;
-    GaussianSe2 global_T_newest_base;
-
-    void archive(Archive& a) {
-      a("report", report);
-      a("global_T_newest_base", global_T_newest_base);
-    }
-  };
-
   void archive_joiner(Archive& a, bool joining);
   void read(Archive& a);
   void step(const NavigationTick& tick);
-  void close(LevelledSubmap submap);
+  void close(TickResult& finished);
   void take_over();
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
   ReorderWindow window_;
   LevelledBuilder builder_;
-  PortJoiner joiner_;          ///< the background's while `joining_` is valid
+  PortJoiner joiner_;          ///< the background's while it has a job
   GaussianSe2 global_T_base_;  ///< of the map that is being built
   double take_over_s_ = 0.0;
   std::array<std::int64_t, 6> arrivals_{};
@@ -131,11 +121,24 @@ class OnlineSurvey {
   int waits_ = 0;
   std::int64_t steps_ = 0;
   bool finished_ = false;
-  Joined joined_;  ///< by the last join; the background's until `is_joined_`
+  /// What the background works on, and what came of it.
+  struct Joining {
+    LevelledSubmap submap;
+    std::optional<UnsmoothedSteps> steps;
+    JoinReport report;
+    GaussianSe2 global_T_newest_base;
+
+    /// Once the background is done.
+    void archive(Archive& a) {
+      a("report", report);
+      a("global_T_newest_base", global_T_newest_base);
+    }
+  };
+  Joining joining_;
   // Who reads the joiner's state waits for the join before it, a join for who reads.
   std::shared_future<void> is_joined_, is_read_;
   // last: their destructors wait before anything else goes
-  std::future<void> joining_;  ///< valid until it is taken over
+  BackgroundWorker background_;
   std::future<void> writing_;  ///< a checkpoint
 
  public:
