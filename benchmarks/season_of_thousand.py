@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -22,16 +23,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ssjs_cli import _core
 from ssjs_cli.formats.mission import write_mission
+from ssjs_cli.mission_run import RunRequest
 from ssjs_cli.simulation import Scenario, simulate_mission
+from ssjs_cli.studies.batch import perform_mission
+from ssjs_cli.studies.batch_plan import MissionTask
 
 MISSIONS_A_SITE = 20
 SITE_STEP_DEG = 0.01
-LINES = {"lines": 3, "line_length_m": 60.0, "line_spacing_m": 20.0, "cross_lines": 1}
+LINES = {"lines": 2, "line_length_m": 45.0, "line_spacing_m": 20.0, "cross_lines": 1}
 SEABED = {"north_m": 160.0, "east_m": 160.0, "landmarks": 120, "origin_sigma_m": 3.0}
 #: Written by the clock, or naming it: these differ from one call to the next.
 MEASURED_FILES = ("timing.json", "log.jsonl", "step_times.csv", "summary.json", "submaps.json", "mission_link.json", "report.html")
-POLL_S = 0.02
+POLL_S = 0.05
 
 
 @dataclass
@@ -44,12 +49,14 @@ class Disturbance:
 
 @dataclass
 class Call:
-    """One call of batch: finished runs before and after, what was killed in it, its largest memory and its wall time."""
+    """One call of batch: finished runs before and after, what was killed in it, its largest memory, its wall time, and the processor time
+    of it and its workers (of those that outlived it, none)."""
 
     finished_before: int
     finished_after: int
     code: int
     wall_s: float
+    cpu_s: float
     parent_mb: float
     workers_killed: int = 0
     parent_killed: bool = False
@@ -110,9 +117,11 @@ def disturbed_season(work: Path, missions: list[Path], disturbance: Disturbance,
     chosen = sorted(chance.sample(missions, sample))
     calm = work / "calm"
     shutil.rmtree(calm, ignore_errors=True)
-    _call(calm, chosen, chance)
+    undisturbed = _call(calm, chosen, chance)
     compared = _compare(calm / "missions", season / "missions")
     outcome.figures = _figures(outcome, missions, season, compared)
+    outcome.figures["undisturbed_cpu_s_per_mission"] = round(undisturbed.cpu_s / len(chosen), 3)
+    outcome.figures["run_cpu_s"] = round(_run_cpu_s(chosen, work / "alone"), 3)
     return outcome
 
 
@@ -120,10 +129,10 @@ def _call(season: Path, missions: list[Path], chance: random.Random, *, end_at: 
     """end_at: the parent is killed once so many runs are finished."""
     before = _finished(season)
     command = [sys.executable, "-m", "ssjs_cli", "batch", *map(str, missions), "--out", str(season), "--jobs", "2", "--no-report"]
-    began_s = time.monotonic()
+    began_s, cpu_before_s = time.monotonic(), _children_cpu_s()
     with (season.parent / "batch.log").open("ab") as log:
         process = subprocess.Popen(command, stdout=log, stderr=log)
-    call = Call(before, before, 0, 0.0, 0.0)
+    call = Call(before, before, 0, 0.0, 0.0, 0.0)
     due = sorted(chance.uniform(before, end_at) for _ in range(worker_kills)) if end_at is not None else []
     while process.poll() is None:
         call.parent_mb = max(call.parent_mb, _peak_mb(process.pid))
@@ -135,9 +144,14 @@ def _call(season: Path, missions: list[Path], chance: random.Random, *, end_at: 
             process.kill()  # at whatever moment this is; its workers are left to themselves
             call.parent_killed = True
         time.sleep(POLL_S)
-    call.wall_s = time.monotonic() - began_s
+    call.wall_s, call.cpu_s = time.monotonic() - began_s, _children_cpu_s() - cpu_before_s
     call.code, call.finished_after = process.wait(), _finished(season)
     return call
+
+
+def _children_cpu_s() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def _finished(season: Path) -> int:
@@ -201,6 +215,16 @@ def _unchanged(marks: dict[str, int], season: Path) -> None:
         assert not of_finished_run or now.get(path) == mark, f"{path} was written again"
 
 
+def _run_cpu_s(missions: list[Path], out: Path) -> float:
+    """Of one run in this process, the mean without the first."""
+    spent = []
+    for mission in missions:
+        began_s = time.process_time()
+        perform_mission(MissionTask(RunRequest(mission.resolve(), out=out, force=True), _core.version(), False))
+        spent.append(time.process_time() - began_s)
+    return sum(spent[1:]) / max(len(spent) - 1, 1)
+
+
 def _compare(calm: Path, season: Path) -> int:
     """Files that are the same in both."""
     count = 0
@@ -219,7 +243,6 @@ def _digest(path: Path) -> str:
 
 
 def _figures(outcome: Outcome, missions: list[Path], season: Path, compared: int) -> dict[str, Any]:
-    runs_s = [json.loads((run / "timing.json").read_text())["wall_s"] for run in (season / "missions").iterdir()]
     calls = outcome.calls[:-1]
     again = outcome.calls[-1]
     wall_s = sum(call.wall_s for call in calls)
@@ -232,9 +255,9 @@ def _figures(outcome: Outcome, missions: list[Path], season: Path, compared: int
         "finished_after_each_call": [call.finished_after for call in calls],
         "wall_s": round(wall_s, 1),
         "missions_per_s": round(len(missions) / wall_s, 2),
-        "run_wall_s_mean": round(sum(runs_s) / len(runs_s), 3),
-        "overhead_worker_s_per_mission": round((2.0 * wall_s - sum(runs_s)) / len(missions), 3),
+        "cpu_s_of_each_call": [round(call.cpu_s, 1) for call in calls],
         "second_call_s": round(again.wall_s, 2),
+        "second_call_cpu_s": round(again.cpu_s, 2),
         "parent_peak_mb": round(max(call.parent_mb for call in outcome.calls), 1),
         "page_mb": round((season / "report.html").stat().st_size / 1e6, 2),
         "run_directory_kb": round(sum(path.stat().st_size for path in one_run.iterdir()) / 1e3, 1),
