@@ -20,8 +20,9 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-std::string off_by(double off_m, double chi_squared, int dof) {
-  return "off by " + text("%.1f", off_m) + " m, chi-squared " + text("%.0f", chi_squared) + " of " + std::to_string(dof) + " dof";
+std::string off_by(const ClosureFit& fit) {
+  return "off by " + text("%.1f", fit.off_m) + " m, chi-squared " + text("%.0f", fit.chi_squared) + " of " + std::to_string(fit.dof) +
+         " dof";
 }
 
 /// Maps along the way between the ends of both.
@@ -101,7 +102,7 @@ void ClosureGuard::compare(std::size_t a, std::size_t b, const std::deque<PortMa
   const bool agree = cycle.second_given_first() <= chi_squared_quantile(config_.gate_probability, cycle.second.dof) &&
                      cycle.first_given_second() <= chi_squared_quantile(config_.gate_probability, cycle.first.dof);  // (C-6)
   if (agree) return;
-  contradictions_.push_back({a, b, cycle.second_given_first(), cycle.second.dof, cycle.off_m});
+  contradictions_.push_back({a, b, {cycle.second_given_first(), cycle.second.dof, cycle.off_m}});
   is_stale_ = true;
 }
 
@@ -136,12 +137,11 @@ std::string ClosureGuard::reason(std::size_t closure) {
   const Judged& judged = closures_[closure];
   if (judged.against_the_way) {
     return "contradicts the way from map " + std::to_string(judged.closure.from) + " to map " + std::to_string(judged.closure.to) + ": " +
-           off_by(judged.alone->off_m, judged.alone->chi_squared, judged.alone->dof);
+           off_by(*judged.alone);
   }
   if (judged.against_the_rest) {
     return "contradicts what all other closures and the way say of maps " + std::to_string(judged.closure.from) + " and " +
-           std::to_string(judged.closure.to) + ": " +
-           off_by(judged.against_the_rest->off_m, judged.against_the_rest->chi_squared, judged.against_the_rest->dof);
+           std::to_string(judged.closure.to) + ": " + off_by(*judged.against_the_rest);
   }
   int against = 0;
   const Contradiction* worst = nullptr;
@@ -149,14 +149,14 @@ std::string ClosureGuard::reason(std::size_t closure) {
     if (contradiction.a != closure && contradiction.b != closure) continue;
     if (!stands_[contradiction.a == closure ? contradiction.b : contradiction.a]) continue;
     ++against;
-    if (worst == nullptr || contradiction.chi_squared > worst->chi_squared) worst = &contradiction;
+    if (worst == nullptr || contradiction.fit.chi_squared > worst->fit.chi_squared) worst = &contradiction;
   }
   if (worst == nullptr) return "outweighed by closures that agree with each other";
   const Closure& other = closures_[worst->a == closure ? worst->b : worst->a].closure;
   const auto map = [](int base) { return std::to_string(base); };
   return "contradicts " + std::to_string(against) + (against == 1 ? " closure" : " closures that agree with each other") +
          ": cycle through maps " + map(judged.closure.from) + ", " + map(judged.closure.to) + ", " + map(other.to) + ", " +
-         map(other.from) + " " + off_by(worst->off_m, worst->chi_squared, worst->dof);
+         map(other.from) + " " + off_by(worst->fit);
 }
 
 }  // namespace ssjs

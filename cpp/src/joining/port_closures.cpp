@@ -27,6 +27,7 @@ Eigen::Index append_pose(LevelledSubmap& submap, const GaussianSe2& base_T_other
 }  // namespace
 
 void PortJoiner::check(const Closure& closure) const {
+  if (bases_are_given_) throw InvalidArgument("closure", "maps that are no chain", "there is no way to hold it against");
   const std::string name = "closure from " + std::to_string(closure.from) + " to " + std::to_string(closure.to);
   const auto maps = static_cast<int>(maps_.size());
   if (closure.from < 0 || closure.to <= closure.from || closure.to > maps || (!closure.from_T_to && closure.to == maps)) {
@@ -222,6 +223,9 @@ void PortJoiner::rebuild() {
     }
   }
   level_->adjust();
+  PortReach anew;  // what was known of a base when its map came may have been known too well
+  for (const PortMap& map : maps_) anew.add(reach_.extent(map.base()), *level_);
+  reach_ = std::move(anew);
 }
 
 void PortJoiner::revise(JoinReport& report) {
@@ -251,12 +255,35 @@ void PortJoiner::revise(JoinReport& report) {
     rebuild();
     if (!since || config_.association == AssociationMethod::kKnown) continue;
     for (int k = *since; k < static_cast<int>(maps_.size()); ++k) {  // what could not be found while the level was wrong
-      std::vector<int> around = maps_in_reach(k);
+      std::vector<int> around = reach_.before(k, *level_);
       report.append(pair_with(k, around, false));
       for (const int other : around) report.append(pair_with(other, {k}, true));
       around.push_back(k);
       merge_duplicates(around);
     }
+  }
+}
+
+/// Throws InvalidArgument where what was read of the ties does not fit the maps.
+void PortJoiner::check_ties() const {
+  const std::size_t maps = maps_.size();
+  if (compass_goes_on_.size() != maps || drift_variance_.size() != maps || in_force_.size() != guard_.size()) {
+    throw InvalidArgument("ties", static_cast<double>(compass_goes_on_.size()), "must be of the maps and closures there are");
+  }
+  for (std::size_t i = 0; i < guard_.size(); ++i) check(guard_.closure(i));
+  int newest = 0;
+  for (const Tie& tie : ties_) {
+    const bool pose = tie.kind == Tie::Kind::kPose;
+    const auto last = static_cast<int>(maps) - (pose ? 0 : 1);
+    if (tie.newest < newest || tie.newest >= static_cast<int>(maps) || tie.map < 0 || tie.map >= static_cast<int>(maps) || tie.other < 0 ||
+        tie.other > last || (tie.closure && *tie.closure >= guard_.size())) {
+      throw InvalidArgument("tie", tie.map, "joins maps and a closure that are there");
+    }
+    newest = tie.newest;
+    const LevelledSubmap& submap = maps_[static_cast<std::size_t>(tie.map)].submap;
+    const bool own = tie.entry >= 0 && (pose ? tie.entry + 3 <= submap.mean.size() : tie.entry < submap.landmark_count());
+    const bool others = pose || (tie.landmark >= 0 && tie.landmark < maps_[static_cast<std::size_t>(tie.other)].submap.landmark_count());
+    if (!own || !others) throw InvalidArgument("tie", static_cast<double>(tie.entry), "names entries that its maps have");
   }
 }
 

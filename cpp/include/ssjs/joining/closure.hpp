@@ -27,6 +27,12 @@ struct ClosureFit {
   double chi_squared = 0.0;
   int dof = 0;
   double off_m = 0.0;  ///< by how many metres the way misses it
+
+  void archive(Archive& a) {
+    a("chi_squared", chi_squared);
+    a("dof", dof);
+    a("off_m", off_m);
+  }
 };
 
 /// Two closures and the way between their ends: each alone, both together, and by how many metres the second misses once the first is

@@ -74,18 +74,31 @@ class ClosureGuard {
 
  private:
   struct Judged {
-    Closure closure;
-    double weight;
-    ClosureStanding standing;
-    std::optional<ClosureFit> alone;
+    Closure closure{};
+    double weight = 1.0;
+    ClosureStanding standing = ClosureStanding::kProposed;
+    std::optional<ClosureFit> alone{};
     bool against_the_way = false;
     std::optional<ClosureFit> against_the_rest{};
+
+    void archive(Archive& a) {
+      a("closure", closure);
+      a("weight", weight);
+      a.choice("standing", standing, ClosureStanding::kGranted);
+      a("alone", alone);
+      a("against_the_way", against_the_way);
+      a("against_the_rest", against_the_rest);
+    }
   };
   struct Contradiction {
-    std::size_t a, b;
-    double chi_squared;  ///< of the one given the other
-    int dof;
-    double off_m;
+    std::size_t a = 0, b = 0;
+    ClosureFit fit{};  ///< of b given a
+
+    void archive(Archive& archive) {
+      archive("a", a);
+      archive("b", b);
+      archive("fit", fit);
+    }
   };
   [[nodiscard]] std::vector<std::size_t> partners_of(std::size_t nth) const;
   [[nodiscard]] std::vector<std::size_t> nearest(std::vector<std::pair<int, std::size_t>> by_distance) const;
@@ -97,9 +110,24 @@ class ClosureGuard {
   std::vector<Judged> closures_;
   std::vector<Contradiction> contradictions_;
   std::size_t proposals_ = 0;
-  std::vector<bool> stands_;
+  std::deque<bool> stands_;
   bool is_stale_ = false;
   bool exact_ = true;
+
+ public:
+  /// The chain follows from the maps.
+  void archive(Archive& a) {
+    a("closures", closures_);
+    a("contradictions", contradictions_);
+    a("proposals", proposals_);
+    a("stands", stands_);
+    a("is_stale", is_stale_);
+    a("exact", exact_);
+    a.require(stands_.size() == closures_.size(), "has more or fewer verdicts than closures");
+    for (const Contradiction& one : contradictions_) {
+      a.require(one.a < one.b && one.b < closures_.size(), "has a contradiction of closures that are not there");
+    }
+  }
 };
 
 }  // namespace ssjs

@@ -15,6 +15,7 @@
 #include "ssjs/joining/port_association.hpp"
 #include "ssjs/joining/port_duplicates.hpp"
 #include "ssjs/joining/port_level.hpp"
+#include "ssjs/joining/port_reach.hpp"
 #include "ssjs/mapping/scan_association.hpp"
 
 namespace ssjs {
@@ -62,6 +63,9 @@ class PortJoiner {
  public:
   explicit PortJoiner(const PortJoinerConfig& config);
 
+  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (P-24). Their maps are
+  /// number 1 and on, number 0 being this datum; where they end is not asked.
+  void stand_on(const std::vector<GaussianSe2>& world_T_base);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
   JoinReport take(LevelledSubmap submap);
@@ -83,12 +87,6 @@ class PortJoiner {
   [[nodiscard]] int wrongly_merged() const { return wrongly_merged_; }
 
  private:
-  /// Landmarks of one map around their centroid, base frame.
-  struct Extent {
-    Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
-    double radius_m = 0.0;
-    double reach_m = 0.0;  ///< within which they may be: three standard deviations of each further
-  };
   /// Landmark `own` of the map in question is landmark `other` of another.
   struct Match {
     Eigen::Index own;
@@ -98,15 +96,27 @@ class PortJoiner {
   /// What ties the level together beyond the way, in the order in which it was found: the source from which the level can be built anew.
   struct Tie {
     enum class Kind : std::uint8_t { kJoin, kUnite, kPose };
-    Kind kind;
-    int newest;  ///< map when it was found
-    int batch;   ///< those of one batch are tied at once
-    int map;
-    Eigen::Index entry;                  ///< landmark of `map`; row of a pose
-    int other;                           ///< map; base of a pose
-    Eigen::Index landmark;               ///< of `other`
-    std::optional<std::size_t> closure;  ///< that it is part of; none: a landmark known twice
-    bool wrong = false;                  ///< landmarks of different source identities
+    Kind kind = Kind::kJoin;
+    int newest = 0;  ///< map when it was found
+    int batch = 0;   ///< those of one batch are tied at once
+    int map = 0;
+    Eigen::Index entry = 0;                ///< landmark of `map`; row of a pose
+    int other = 0;                         ///< map; base of a pose
+    Eigen::Index landmark = 0;             ///< of `other`
+    std::optional<std::size_t> closure{};  ///< that it is part of; none: a landmark known twice
+    bool wrong = false;                    ///< landmarks of different source identities
+
+    void archive(Archive& a) {
+      a.choice("kind", kind, Kind::kPose);
+      a("newest", newest);
+      a("batch", batch);
+      a("map", map);
+      a("entry", entry);
+      a("other", other);
+      a("landmark", landmark);
+      a("closure", closure);
+      a("wrong", wrong);
+    }
   };
 
   [[nodiscard]] static std::unique_ptr<PortLevel> make_level(const PortJoinerConfig& config);
@@ -116,7 +126,6 @@ class PortJoiner {
   [[nodiscard]] int offset_at_start(const PortMap& map) const;
   [[nodiscard]] bool offset_is_shared() const;
 
-  [[nodiscard]] std::vector<int> maps_in_reach(int newest) const;
   [[nodiscard]] std::vector<Match> match_by_identity(int newest) const;
   JoinReport pair_with(int observer, const std::vector<int>& others, bool only_ports);
   void join(int observer, const std::vector<Match>& matches);
@@ -141,20 +150,29 @@ class PortJoiner {
   PortAssociationConfig association_;
   std::unique_ptr<PortLevel> level_;
   std::deque<PortMap> maps_;
-  std::vector<Extent> extents_;
+  PortReach reach_;
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;
+  bool bases_are_given_ = false;
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
   int merged_ = 0, wrongly_merged_ = 0;
-  std::vector<bool> compass_goes_on_;   ///< by map, at its start
+  std::deque<bool> compass_goes_on_;    ///< by map, at its start
   std::vector<double> drift_variance_;  ///< by map: of its mean offset since the map before
   ClosureGuard guard_;
   std::vector<Tie> ties_;
-  std::vector<bool> in_force_;  ///< by closure of the guard: whether the level holds it
+  std::deque<bool> in_force_;  ///< by closure of the guard: whether the level holds it
   int batches_ = 0;
+
+ public:
+  /// Reads into a new joiner.
+  void archive(Archive& a);
+
+ private:
+  void check_read() const;
+  void check_ties() const;
 };
 
 }  // namespace ssjs
