@@ -13,6 +13,7 @@ constexpr Eigen::Index kVehicle = VehicleLayout::kSize;
 constexpr std::size_t kNumbersPerReel = std::size_t{1} << 15U;  // 256 KiB
 constexpr std::size_t kRowsPerReel = 256;
 constexpr std::size_t kInitialEntries = 4096;
+constexpr std::size_t kLeastRowBytes = 64;  // of one StateRows in an archive
 
 struct RecordedRows {
   const StateRows* first;
@@ -261,7 +262,7 @@ void LevelledRecord::archive_entry(Archive& a, Entry& entry) {
   archive_numbers(a, "L", entry.L, entry.Y_columns, entry.Y_columns);
   a("row_blocks", entry.row_blocks);
   if (a.reading()) {
-    a.require(entry.row_blocks <= a.left(), "has more rows than the bytes that are left");
+    a.require(entry.row_blocks <= a.left() / kLeastRowBytes, "has more rows than the bytes that are left");
     entry.rows = rows_.append(entry.row_blocks);
   }
   for (std::size_t i = 0; i < entry.row_blocks; ++i) a("rows", entry.rows.items[i]);
