@@ -192,7 +192,7 @@ void OnlineSurvey::read(Archive& a) {
   a("joining", joining);
   archive_joiner(a, joining);
   a.end();
-  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size()) {
+  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size() || (!finished_ && submaps_ != builder_.index())) {
     throw InvalidArgument("submaps", submaps_, "must be those of the joiner");
   }
   if (joining) background_.start([] {});  // done, and to be taken over
@@ -246,7 +246,7 @@ std::unique_ptr<OnlineSurvey> OnlineSurvey::restored(const OnlineSurveyConfig& c
     survey->read(a);
   } catch (const FileError&) {
     throw;
-  } catch (const Error& problem) {
+  } catch (const std::exception& problem) {
     throw FileError(source, 0, std::string("holds a state that cannot be: ") + problem.what());
   }
   return survey;

@@ -164,6 +164,7 @@ class LevelledBuilder {
     a("mean_last_s", mean_last_s_);
     a.require(!started_ || filter_.landmarks() == static_cast<Eigen::Index>(landmarks_.size()),
               "has another number of landmarks in its filter than beside it");
+    a.require(!started_ || journal_.fits(filter_), "remembers what its filter cannot have done");
     for (const Seen& seen : seen_) {
       a.require(seen.landmark >= 0 && seen.landmark < static_cast<Eigen::Index>(landmarks_.size()), "saw a landmark that is not there");
     }

@@ -97,6 +97,9 @@ struct LevelledSubmap {
     a("steps", steps);
     a.require(mean.size() == landmark_offset(landmark_count()) && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
               "has a mean, a covariance and landmarks that do not fit each other");
+    for (const LevelledStep& step : steps) {
+      a.require(step.gain.cols() >= 3 && step.gain.cols() <= mean.size(), "has a step with a gain of the wrong shape");
+    }
     a.require(seen_s.empty() || seen_s.size() == landmarks.size(), "has sighting times of more or fewer landmarks than it has");
   }
 };

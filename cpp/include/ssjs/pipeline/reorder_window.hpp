@@ -71,6 +71,7 @@ class ReorderWindow {
     a("given_out_s", given_out_s_);
     a("suspect_s", suspect_s_);
     a("suspects", suspects_);
+    for (const auto& [time_s, tick] : waiting_) a.require(time_s == tick.time_s, "holds a sample at another time than its own");
     a.require(waiting_.empty() || newest_s_.has_value(), "holds samples but no newest one");
   }
 };
