@@ -51,6 +51,13 @@ foreach(folder IN LISTS ssjs_test_folders)
   target_link_libraries(${test_target} PRIVATE ssjs_${test_library} GTest::gtest_main)
   if(folder STREQUAL "embed")
     target_link_libraries(${test_target} PRIVATE ssjs_online) # beside ssjs::slam, which simulates
+    add_executable(ssjs_survivor tests/cpp/embed/survivor.cpp) # to be killed
+    ssjs_compile_options(ssjs_survivor)
+    target_include_directories(ssjs_survivor PRIVATE tests/cpp)
+    target_link_libraries(ssjs_survivor PRIVATE ssjs_slam ssjs_online)
+    add_dependencies(${test_target} ssjs_survivor)
+    target_compile_definitions(${test_target} PRIVATE SSJS_SURVIVOR="$<TARGET_FILE:ssjs_survivor>")
+    target_include_directories(${test_target} PRIVATE "${PROJECT_SOURCE_DIR}/examples/ros2" "${PROJECT_SOURCE_DIR}/tests/cpp/embed/ros2_stand_in")
   endif()
   if(NOT test_library STREQUAL "slam")
     # nothing precompiled: these sources see no Eigen

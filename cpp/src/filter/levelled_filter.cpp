@@ -182,4 +182,18 @@ UpdateResult LevelledFilter::update(const std::vector<StateRows>& rows) {
   return result;
 }
 
+void LevelledFilter::archive(Archive& a) {
+  Eigen::VectorXd mean = mean_.head(size());
+  Eigen::MatrixXd P = P_.topLeftCorner(size(), size()).triangularView<Eigen::Lower>();  // above it nothing has a meaning
+  a("landmarks", landmarks_);
+  a("mean", mean);
+  a("P", P);
+  if (!a.reading()) return;
+  a.require(landmarks_ >= 0 && mean.size() == size() && P.rows() == size() && P.cols() == size(),
+            "has a mean and a covariance of another size");
+  reserve(landmarks_);
+  mean_.head(size()) = mean;
+  P_.topLeftCorner(size(), size()) = P;
+}
+
 }  // namespace ssjs

@@ -235,9 +235,9 @@ bool BatchPorts::is_near(const PortValues& other) const {
 void BatchPorts::settle() {
   if (pattern_is_stale_) analyse();
   cost_ = linearize(true);
+  factorized_at_ = values_;
   if (hessian_.rows() == 0) return;
   factorize();
-  PortValues factorized_at = values_;
   double promised_before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Eigen::VectorXd step = hessian_.solve(-gradient_);
@@ -251,10 +251,10 @@ void BatchPorts::settle() {
       cost = linearize(false);
       if (cost <= cost_ * (1.0 + kRelativeDecrease) + kTolerance) break;
     }
-    if (scale < 1.0 || promised > kSlowDecrease * promised_before || !is_near(factorized_at)) {
+    if (scale < 1.0 || promised > kSlowDecrease * promised_before || !is_near(factorized_at_)) {
       cost = linearize(true);
       factorize();
-      factorized_at = values_;
+      factorized_at_ = values_;
     }
     promised_before = promised;
     const double decrease = cost_ - cost;
@@ -312,6 +312,33 @@ Eigen::MatrixXd BatchPorts::covariance(const std::vector<Unknown>& unknowns) con
     }
   }
   return joint;
+}
+
+void BatchPorts::resume(const std::deque<PortMap>& maps) {
+  const auto known = [&](UnknownKind kind, int index) { return values_.holds({kind, index}); };
+  for (const int landmark : merged_) {
+    if (!known(UnknownKind::kLandmark, landmark)) throw InvalidArgument("merged landmark", landmark, "must be one of those there are");
+  }
+  for (const Drift& drift : drifts_) {
+    if (!known(UnknownKind::kOffset, drift.from) || !known(UnknownKind::kOffset, drift.to) || !(drift.variance > 0.0))
+      throw InvalidArgument("drift to offset", drift.to, "must lead from one offset to another, with a positive variance");
+  }
+  const bool settled = !pattern_is_stale_;
+  count_landmarks();
+  for (const PortMap& map : maps) set_factor(map, {});
+  if (!settled) return;
+  if (factorized_at_.bases.size() != values_.bases.size() || factorized_at_.offsets.size() != values_.offsets.size() ||
+      factorized_at_.landmarks.size() != values_.landmarks.size()) {
+    throw InvalidArgument("factorized_at", static_cast<double>(factorized_at_.bases.size()), "must hold the same unknowns as the values");
+  }
+  const AtHand hand = at_hand_;
+  analyse();
+  std::swap(values_, factorized_at_);
+  static_cast<void>(linearize(true));
+  if (hessian_.rows() > 0) factorize();
+  std::swap(values_, factorized_at_);
+  cost_ = linearize(false);
+  at_hand_ = hand;
 }
 
 }  // namespace ssjs

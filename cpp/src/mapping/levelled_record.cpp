@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cstdint>
 
 #include "ssjs/base/angle.hpp"
 
@@ -229,6 +230,51 @@ std::vector<LevelledStep> LevelledRecord::smoothed(Eigen::Index size, const std:
     back.motion(VehicleMatrix(Eigen::Map<const VehicleMatrix>(entry.F.items)));
   }
   return steps;
+}
+
+void LevelledRecord::archive(Archive& a) {
+  auto count = static_cast<std::int64_t>(entries_.size() - oldest_);
+  a("steps", steps_);
+  a("F", F_);
+  a("entries", count);
+  for (std::int64_t i = 0; i < count; ++i) {
+    archive_entry(a, a.reading() ? entries_.emplace_back() : entries_[oldest_ + static_cast<std::size_t>(i)]);
+    if (a.reading()) bytes_ += entries_.back().bytes;
+  }
+}
+
+void LevelledRecord::archive_entry(Archive& a, Entry& entry) {
+  constexpr Eigen::Index kMost = Eigen::Index{1} << 30U;
+  a.choice("kind", entry.kind, Kind::kAdd);
+  a("bytes", entry.bytes);
+  archive_numbers(a, "F", entry.F, kVehicle, kVehicle);
+  if (entry.kind == Kind::kAdd) {
+    archive_numbers(a, "J_vehicle", entry.J_vehicle, 3, kVehicle);
+    return;
+  }
+  a("Y_rows", entry.Y_rows);
+  a("Y_columns", entry.Y_columns);
+  a.require(entry.Y_rows >= 0 && entry.Y_rows < kMost && entry.Y_columns >= 0 && entry.Y_columns < kMost,
+            "has a matrix of the wrong shape");
+  archive_numbers(a, "Y", entry.Y, entry.Y_rows, entry.Y_columns);
+  if (entry.kind == Kind::kStep) return;
+  archive_numbers(a, "L", entry.L, entry.Y_columns, entry.Y_columns);
+  a("row_blocks", entry.row_blocks);
+  if (a.reading()) {
+    a.require(entry.row_blocks <= a.left(), "has more rows than the bytes that are left");
+    entry.rows = rows_.append(entry.row_blocks);
+  }
+  for (std::size_t i = 0; i < entry.row_blocks; ++i) a("rows", entry.rows.items[i]);
+}
+
+void LevelledRecord::archive_numbers(Archive& a, std::string_view name, Tape<double>::Piece& piece, Eigen::Index rows,
+                                     Eigen::Index columns) {
+  const auto count = static_cast<std::size_t>(rows * columns);
+  if (a.reading()) {
+    a.require(count <= a.left() / sizeof(double), "is larger than the bytes that are left");
+    piece = numbers_.append(count);
+  }
+  a.numbers(name, piece.items, count);
 }
 
 }  // namespace ssjs

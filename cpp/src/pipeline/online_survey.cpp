@@ -1,9 +1,13 @@
 #include "ssjs/pipeline/online_survey.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <exception>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/base/whole_file.hpp"
+#include "ssjs/pipeline/checkpoint_file.hpp"
 #include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
@@ -16,6 +20,10 @@ const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
     throw InvalidArgument("method", "not ssjs", "what joins online ties submaps by their ports, in bounded steps: use ssjs");
   return config;
 }
+
+constexpr std::int64_t kMostCheckpointBytes = std::int64_t{8} << 30U;
+
+CheckpointOwner owner(const OnlineSurveyConfig& config) { return {"online survey", field_texts(config)}; }
 
 }  // namespace
 
@@ -60,10 +68,19 @@ void OnlineSurvey::close(TickResult& finished) {
   global_T_base_ = compose_independent(global_T_base_, {submap.base_T_exit(), submap.covariance.topLeftCorner<3, 3>()});
   joining_.submap = std::move(submap);
   joining_.steps = std::move(finished.steps);
-  background_.start([this] {
-    if (joining_.steps) joining_.submap.steps = joining_.steps->smoothed();
-    joining_.report = joiner_.take(std::move(joining_.submap));
-    joining_.global_T_newest_base = joiner_.global_T_newest_base();
+  const auto done = std::make_shared<std::promise<void>>();
+  is_joined_ = done->get_future().share();
+  background_.start([this, done, read = is_read_] {
+    if (read.valid()) read.wait();
+    try {
+      if (joining_.steps) joining_.submap.steps = joining_.steps->smoothed();
+      joining_.report = joiner_.take(std::move(joining_.submap));
+      joining_.global_T_newest_base = joiner_.global_T_newest_base();
+      done->set_value();
+    } catch (...) {
+      done->set_exception(std::current_exception());
+      throw;
+    }
   });
 }
 
@@ -133,6 +150,7 @@ void OnlineSurvey::finish() {
   while (const NavigationTick* const due = window_.take(true)) step(*due);
   if (background_.has_job()) take_over();
   finished_ = true;
+  rest();
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
     const JoinReport report = joiner_.take(std::move(*last));
     for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
@@ -142,7 +160,11 @@ void OnlineSurvey::finish() {
 }
 
 /// What the maps say is asked of them when the background rests.
-void OnlineSurvey::rest() { background_.wait(); }
+void OnlineSurvey::rest() {
+  for (const std::shared_future<void>& work : {is_joined_, is_read_}) {
+    if (work.valid()) work.wait();
+  }
+}
 
 std::vector<SurveyLandmark> OnlineSurvey::landmarks() {
   rest();
@@ -157,6 +179,81 @@ std::vector<SurveyStep> OnlineSurvey::trajectory() {
     trajectory.insert(trajectory.end(), steps.begin(), steps.end());
   }
   return trajectory;
+}
+
+void OnlineSurvey::archive_joiner(Archive& a, bool joining) {
+  a("joiner", joiner_);
+  if (joining) a("joining", joining_);
+}
+
+void OnlineSurvey::read(Archive& a) {
+  bool joining = false;
+  archive(a);
+  a("joining", joining);
+  archive_joiner(a, joining);
+  a.end();
+  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size()) {
+    throw InvalidArgument("submaps", submaps_, "must be those of the joiner");
+  }
+  if (joining) background_.start([] {});  // done, and to be taken over
+}
+
+std::string OnlineSurvey::checkpoint() {
+  rest();
+  Archive a;
+  bool joining = background_.has_job();
+  archive(a);
+  a("joining", joining);
+  archive_joiner(a, joining);
+  return seal_checkpoint(owner(config_), a.take_bytes(), "");
+}
+
+bool OnlineSurvey::checkpoint(const std::string& path) {
+  if (writing_.valid()) {
+    if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    writing_.get();
+  }
+  Archive now;
+  bool joining = background_.has_job();
+  archive(now);
+  now("joining", joining);
+  std::promise<void> read;
+  is_read_ = read.get_future().share();
+  writing_ =
+      std::async(std::launch::async, [this, path, joining, joined = is_joined_, own = now.take_bytes(), read = std::move(read)]() mutable {
+        Archive a;
+        try {
+          if (joined.valid()) joined.get();
+          archive_joiner(a, joining);
+        } catch (...) {
+          read.set_value();
+          throw;
+        }
+        read.set_value();
+        write_whole_file(path, seal_checkpoint(owner(config_), own, a.take_bytes()));
+      });
+  return true;
+}
+
+void OnlineSurvey::wait_for_checkpoint() {
+  if (writing_.valid()) writing_.get();
+}
+
+std::unique_ptr<OnlineSurvey> OnlineSurvey::restored(const OnlineSurveyConfig& config, std::string_view bytes, const std::string& source) {
+  auto survey = std::make_unique<OnlineSurvey>(config);
+  Archive a(open_checkpoint(owner(config), bytes, source), source);
+  try {
+    survey->read(a);
+  } catch (const FileError&) {
+    throw;
+  } catch (const Error& problem) {
+    throw FileError(source, 0, std::string("holds a state that cannot be: ") + problem.what());
+  }
+  return survey;
+}
+
+std::unique_ptr<OnlineSurvey> OnlineSurvey::restored_from(const OnlineSurveyConfig& config, const std::string& path) {
+  return restored(config, read_whole_file(path, kMostCheckpointBytes), path);
 }
 
 }  // namespace ssjs

@@ -48,6 +48,12 @@ class BatchPorts final : public PortLevel {
   struct Drift {
     int from, to;
     double variance;
+
+    void archive(Archive& a) {
+      a("from", from);
+      a("to", to);
+      a("variance", variance);
+    }
   };
   void set_factor(const PortMap& map, const std::vector<Port>& more);
   void count_landmarks();
@@ -72,13 +78,33 @@ class BatchPorts final : public PortLevel {
   Eigen::VectorXd gradient_;
   double cost_ = 0.0;
   bool pattern_is_stale_ = true;
+  PortValues factorized_at_;
   /// What was asked for since the last map came, together: the neighbourhood of that map is asked for again and again.
   struct AtHand {
     std::map<Unknown, Eigen::Index> rows;  ///< of the free coordinates
     Eigen::MatrixXd covariance;            ///< by the last factorisation; empty when that is another by now
+
+    void archive(Archive& a) {
+      a("rows", rows);
+      a("covariance", covariance);
+    }
   };
   mutable AtHand at_hand_;
   bool is_adjusted_ = false;  ///< no map came since
+
+ public:
+  /// Factors, pattern and factorisation follow from the ports and the values.
+  void archive(Archive& a) override {
+    a("values", values_);
+    a("merged", merged_);
+    a("drifts", drifts_);
+    a("prior", prior_);
+    a("pattern_is_stale", pattern_is_stale_);
+    a("factorized_at", factorized_at_);
+    a("at_hand", at_hand_);
+    a("is_adjusted", is_adjusted_);
+  }
+  void resume(const std::deque<PortMap>& maps) override;
 };
 
 }  // namespace ssjs

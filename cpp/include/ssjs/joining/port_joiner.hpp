@@ -60,6 +60,9 @@ class PortJoiner {
  public:
   explicit PortJoiner(const PortJoinerConfig& config);
 
+  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (P-24). Their maps are
+  /// number 1 and on, number 0 being this datum; where they end is not asked.
+  void stand_on(const std::vector<GaussianSe2>& world_T_base);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
   JoinReport take(LevelledSubmap submap);
@@ -103,10 +106,18 @@ class PortJoiner {
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;
+  bool bases_are_given_ = false;
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
   int merged_ = 0, wrongly_merged_ = 0;
+
+ public:
+  /// Reads into a new joiner.
+  void archive(Archive& a);
+
+ private:
+  void check_read() const;
 };
 
 }  // namespace ssjs

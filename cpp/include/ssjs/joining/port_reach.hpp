@@ -14,6 +14,13 @@ struct MapExtent {
   double radius_m = 0.0;
   double reach_m = 0.0;  ///< within which they may be: three standard deviations of each further
   Eigen::Index landmarks = 0;
+
+  void archive(Archive& a) {
+    a("centroid", centroid);
+    a("radius_m", radius_m);
+    a("reach_m", reach_m);
+    a("landmarks", landmarks);
+  }
 };
 [[nodiscard]] MapExtent extent_of(const LevelledSubmap& submap);
 
@@ -31,6 +38,14 @@ class PortReach {
  private:
   std::vector<MapExtent> extents_;
   std::vector<Eigen::Matrix3d> base_covariances_;  ///< when the map came
+
+ public:
+  void archive(Archive& a) {
+    a("extents", extents_);
+    a("base_covariances", base_covariances_);
+    a.require(extents_.size() == base_covariances_.size(), "has more or fewer covariances than extents");
+  }
+  [[nodiscard]] std::size_t maps() const { return extents_.size(); }
 };
 
 }  // namespace ssjs

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/features/navigation_tick.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/mapping/levelled_config.hpp"
@@ -27,6 +28,13 @@ struct SensorStatistics {
   int refused = 0;  ///< outside the gate; a velocity log without bottom lock is neither
   double nis_sum = 0.0;
   int dof = 0;
+
+  void archive(Archive& a) {
+    a("used", used);
+    a("refused", refused);
+    a("nis_sum", nis_sum);
+    a("dof", dof);
+  }
 };
 
 struct TickResult {
@@ -101,6 +109,11 @@ class LevelledBuilder {
   struct Seen {
     Eigen::Index landmark;
     double time_s;
+
+    void archive(Archive& a) {
+      a("landmark", landmark);
+      a("time_s", time_s);
+    }
   };
   std::vector<Seen> seen_;  ///< in the order of time
   StepSmoothing smoothing_;
@@ -123,6 +136,38 @@ class LevelledBuilder {
   // compass kept out of the filter
   int mean_samples_ = 0;
   double mean_reference_rad_ = 0.0, mean_sum_rad_ = 0.0, mean_first_s_ = 0.0, mean_last_s_ = 0.0;
+
+ public:
+  void archive(Archive& a) {
+    a("filter", filter_);
+    a("journal", journal_);
+    a("landmarks", landmarks_);
+    a("seen", seen_);
+    a("statistics", statistics_);
+    a("gyro_rad_s", gyro_rad_s_);
+    a("gyro_time_s", gyro_time_s_);
+    a("attitude_time_s", attitude_time_s_);
+    a.unbounded("compass_time_s", compass_time_s_);
+    a("met", met_);
+    a("index", index_);
+    a("started", started_);
+    a("start_time_s", start_time_s_);
+    a("time_s", time_s_);
+    a("last_step_s", last_step_s_);
+    a("distance_m", distance_m_);
+    a("shortened_m", shortened_m_);
+    a("offset_known", offset_known_);
+    a("mean_samples", mean_samples_);
+    a("mean_reference_rad", mean_reference_rad_);
+    a("mean_sum_rad", mean_sum_rad_);
+    a("mean_first_s", mean_first_s_);
+    a("mean_last_s", mean_last_s_);
+    a.require(!started_ || filter_.landmarks() == static_cast<Eigen::Index>(landmarks_.size()),
+              "has another number of landmarks in its filter than beside it");
+    for (const Seen& seen : seen_) {
+      a.require(seen.landmark >= 0 && seen.landmark < static_cast<Eigen::Index>(landmarks_.size()), "saw a landmark that is not there");
+    }
+  }
 };
 
 }  // namespace ssjs

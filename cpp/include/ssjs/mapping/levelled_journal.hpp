@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/mapping/levelled_record.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
@@ -44,6 +45,9 @@ class LevelledJournal final : public LevelledFilterWatcher {
 
   bool conditions_;
   LevelledRecord record_;
+
+ public:
+  void archive(Archive& a) { a("record", record_); }
 };
 
 }  // namespace ssjs

@@ -4,8 +4,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
 #include "ssjs/mapping/tape.hpp"
@@ -45,6 +47,12 @@ class LevelledRecord {
     double time_s;
     Eigen::Matrix<double, 6, 1> pose;
     Matrix6d covariance;
+
+    void archive(Archive& a) {
+      a("time_s", time_s);
+      a("pose", pose);
+      a("covariance", covariance);
+    }
   };
 
   Entry& push(Kind kind);
@@ -59,6 +67,14 @@ class LevelledRecord {
   Tape<double> numbers_;
   Tape<StateRows> rows_;
   VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry
+
+ public:
+  /// What was not forgotten; reads into an empty record.
+  void archive(Archive& a);
+
+ private:
+  void archive_entry(Archive& a, Entry& entry);
+  void archive_numbers(Archive& a, std::string_view name, Tape<double>::Piece& piece, Eigen::Index rows, Eigen::Index columns);
 };
 
 /// The steps of a map that were not smoothed yet.

@@ -4,8 +4,11 @@
 
 #include <array>
 #include <cstdint>
+#include <future>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ssjs/joining/port_estimate.hpp"
@@ -65,6 +68,8 @@ class OnlineSurvey {
   OnlineSurvey& operator=(const OnlineSurvey&) = delete;
   ~OnlineSurvey() = default;  // waits for the background
 
+  [[nodiscard]] const OnlineSurveyConfig& config() const { return config_; }
+
   /// Takes one sample, or several of one time. Everything that is due goes through the filter.
   Arrival feed(const NavigationTick& sample);
 
@@ -80,7 +85,23 @@ class OnlineSurvey {
   [[nodiscard]] std::vector<SurveyLandmark> landmarks();
   [[nodiscard]] std::vector<SurveyStep> trajectory();
 
+  /// The whole state, whatever the background is doing: see restored(). Nothing that follows is changed by it.
+  [[nodiscard]] std::string checkpoint();
+  /// The same into a file, which appears as a whole or not at all. The state is taken now; a thread writes it. False, and nothing is done,
+  /// while the file before is still being written. Throws FileError when that one could not be.
+  [[nodiscard]] bool checkpoint(const std::string& path);
+  /// Waits for that file. Throws FileError when it could not be written.
+  void wait_for_checkpoint();
+
+  /// The survey as it was at its checkpoint: fed with what came after it, it ends with the same bytes. Throws FileError, with `source` as
+  /// its path, saying what is wrong with the bytes, or which setting differs.
+  [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored(const OnlineSurveyConfig& config, std::string_view bytes,
+                                                              const std::string& source);
+  [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored_from(const OnlineSurveyConfig& config, const std::string& path);
+
  private:
+  void archive_joiner(Archive& a, bool joining);
+  void read(Archive& a);
   void step(const NavigationTick& tick);
   void close(TickResult& finished);
   void take_over();
@@ -106,9 +127,35 @@ class OnlineSurvey {
     std::optional<UnsmoothedSteps> steps;
     JoinReport report;
     GaussianSe2 global_T_newest_base;
+
+    /// Once the background is done.
+    void archive(Archive& a) {
+      a("report", report);
+      a("global_T_newest_base", global_T_newest_base);
+    }
   };
   Joining joining_;
-  BackgroundWorker background_;  ///< last: its destructor waits before anything else goes
+  // Who reads the joiner's state waits for the join before it, a join for who reads.
+  std::shared_future<void> is_joined_, is_read_;
+  // last: their destructors wait before anything else goes
+  BackgroundWorker background_;
+  std::future<void> writing_;  ///< a checkpoint
+
+ public:
+  /// All but the joiner; waits_ is of this process.
+  void archive(Archive& a) {
+    a("window", window_);
+    a("builder", builder_);
+    a("global_T_base", global_T_base_);
+    a("take_over_s", take_over_s_);
+    a("arrivals", arrivals_);
+    a("heard_s", heard_s_);
+    a("loop_closures", loop_closures_);
+    a("compass_jumps", compass_jumps_);
+    a("submaps", submaps_);
+    a("steps", steps_);
+    a("finished", finished_);
+  }
 };
 
 }  // namespace ssjs

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/features/navigation_tick.hpp"
 
 namespace ssjs {
@@ -62,6 +63,16 @@ class ReorderWindow {
   std::optional<double> given_out_s_;    ///< of the last tick taken
   std::optional<double> suspect_s_;      ///< of the last sample beyond the gap
   int suspects_ = 0;
+
+ public:
+  void archive(Archive& a) {
+    a("waiting", waiting_);
+    a("newest_s", newest_s_);
+    a("given_out_s", given_out_s_);
+    a("suspect_s", suspect_s_);
+    a("suspects", suspects_);
+    a.require(waiting_.empty() || newest_s_.has_value(), "holds samples but no newest one");
+  }
 };
 
 }  // namespace ssjs

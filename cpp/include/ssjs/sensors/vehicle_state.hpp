@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "ssjs/base/angle.hpp"
+#include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/se3.hpp"
 
 namespace ssjs {
@@ -50,6 +51,12 @@ struct VehicleRows {
     residual.setZero(rows);
     H.setZero(rows, VehicleLayout::kSize);
     R.setZero(rows, rows);
+  }
+
+  void archive(Archive& a) {
+    a("residual", residual);
+    a("H", H);
+    a("R", R);
   }
 };
 
