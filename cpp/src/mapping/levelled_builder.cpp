@@ -24,6 +24,7 @@ constexpr double kUntoldTurn = 0.25;          // rad/sqrt(s): a survey's turns, 
 constexpr double kLongestSilenceS = 4.0 * 3600.0;
 constexpr double kMostSteps = 1000.0;  // of one prediction, however long the silence
 constexpr std::size_t kInitialSightings = 1024;
+constexpr std::size_t kBlocksOfATick = 16;     // sensors and sightings; more is a one-time growth
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks of a map without a limit; grows when a map does
 constexpr Eigen::Index kBeyondTheLimit = 4;    // a map that is full is closed at a tick with a velocity
 constexpr Eigen::Index kLargestReserved = 256;
@@ -70,10 +71,12 @@ LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config, StepSmooth
       journal_(config.condition_trajectory),
       smoothing_(smoothing) {
   if (config.condition_trajectory) filter_.watch(&journal_);
-  gated_.rows.reserve(kNavigationSensors);
-  gated_.sensors.reserve(kNavigationSensors);
-  gated_.distances.reserve(kNavigationSensors);
+  gated_.rows.reserve(kBlocksOfATick);
+  gated_.sensors.reserve(kBlocksOfATick);
+  gated_.distances.reserve(kBlocksOfATick);
   gated_.refused.reserve(kNavigationSensors);
+  association_.pairs.reserve(kBlocksOfATick);
+  association_.fresh.reserve(kBlocksOfATick);
   seen_.reserve(kInitialSightings);
 }
 
