@@ -11,6 +11,8 @@
 namespace ssjs {
 namespace {
 
+constexpr double kMostSteps = 1000.0;  // of one prediction, however far the clock has jumped
+
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
   if (config.slam.method != LevelledMethod::kPorts)
@@ -28,8 +30,8 @@ OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
 Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (finished_) throw InvalidArgument("sample", sample.time_s, "the mission is finished");
   const Arrival arrival = window_.put(sample);
-  ++arrivals_[static_cast<std::size_t>(arrival)];
   while (const std::optional<NavigationTick> due = window_.take()) step(*due);
+  ++arrivals_[static_cast<std::size_t>(arrival)];  // what throws before is not counted among them
   return arrival;
 }
 
@@ -75,8 +77,9 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
   const auto predict_to = [&](double until_s) {
     ConstantVelocityConfig motion = config_.slam.local.motion;
     if (motion.drive == RotationDrive::kGyro && !rates) motion.drive = RotationDrive::kConstantAttitude;
+    const double step_s = std::max(config_.slam.local.max_step_s, (until_s - time_s) / kMostSteps);
     while (time_s < until_s) {
-      const double dt = std::min(until_s - time_s, config_.slam.local.max_step_s);
+      const double dt = std::min(until_s - time_s, step_s);
       const VehiclePrediction ahead = predict_constant_velocity(x, rates.value_or(Eigen::Vector3d::Zero()), dt, motion);
       x = ahead.state;
       P = (ahead.F * P * ahead.F.transpose() + ahead.Q).eval();
