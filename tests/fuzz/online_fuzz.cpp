@@ -75,6 +75,7 @@ class Session {
         break;
       default:
         --fed_;
+        if (bytes_.below(4) == 0) restart();
         look();
     }
     check(static_cast<std::size_t>(arrival) < kArrivals, "the arrival is one of those known");
@@ -106,6 +107,16 @@ class Session {
       for (double& each : seen.covariance_m2) each = value(1.0);
     }
     return seen;
+  }
+
+  /// What was written down is taken up again, and is the same.
+  void restart() {
+    std::vector<char> state(estimator_.checkpoint(nullptr, 0));
+    check(estimator_.checkpoint(state.data(), state.size()) == state.size(), "the state stays while nothing is fed");
+    if (state.empty()) return;
+    check(estimator_.restore(state.data(), state.size()), "a state that was written is read");
+    std::vector<char> again(state.size());
+    check(estimator_.checkpoint(again.data(), again.size()) == state.size() && again == state, "the state read is the one written");
   }
 
   void look() {

@@ -89,3 +89,16 @@ def online() -> list[bytes]:
     odd = whole[:200] + bytes([245, 1]) + b"\xff" * 24 + whole[200:400]  # a velocity of NaN
     jump = whole[:200] + bytes([3, 250, 0, 0]) * 6 + whole[200:400]  # a clock that jumps, and is followed
     return [*seeds, late, odd, jump, b""]
+
+
+def checkpoint_edits() -> list[bytes]:
+    """Kind, then edits of a true checkpoint: where (3 bytes), how, and eight bytes."""
+    edits = [
+        (5, 0, b"\xff" * 8),
+        (2000, 1, b"\0" * 8),
+        (4000, 2, b"\1" + b"\0" * 7),
+        (9000, 3, b"\0\0\0\0\0\0\xf0\x7f"),
+        (3000, 4, b"\0" * 8),
+    ]
+    each = [at.to_bytes(3, "little") + bytes([how]) + value for at, how, value in edits]
+    return [bytes([kind]) + edit for kind in range(3) for edit in [b"", *each, b"".join(each)]]

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/base/whole_file.hpp"
 #include "ssjs/cascade/cascade_xml.hpp"
-#include "ssjs/cascade/whole_file.hpp"
 
 namespace ssjs {
 namespace {
