@@ -13,9 +13,6 @@ enum class RotationDrive {
   kConstantAttitude,  ///< none: the thesis' model, with the turn as noise
 };
 
-/// In gyro_step_s: a gyro that is silent for longer says nothing of the turn.
-inline constexpr double kGyroHolds = 20.0;
-
 /// Random walks grow with the square root of time: a sigma per sqrt(s). The gyro's sigma is of one sample held for gyro_step_s.
 struct ConstantVelocityConfig {
   RotationDrive drive = RotationDrive::kGyro;
