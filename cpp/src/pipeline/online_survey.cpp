@@ -14,6 +14,8 @@
 namespace ssjs {
 namespace {
 
+constexpr double kMostSteps = 1000.0;  // of one prediction, however far the clock has jumped
+
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
   if (config.slam.method != LevelledMethod::kPorts)
@@ -38,8 +40,8 @@ OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
 Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (finished_) throw InvalidArgument("sample", sample.time_s, "the mission is finished");
   const Arrival arrival = window_.put(sample);
-  ++arrivals_[static_cast<std::size_t>(arrival)];
   while (const NavigationTick* const due = window_.take()) step(*due);
+  ++arrivals_[static_cast<std::size_t>(arrival)];  // what throws before is not counted among them
   return arrival;
 }
 
@@ -100,11 +102,14 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
   VehicleMatrix P = builder_.filter().vehicle_covariance();
   double time_s = builder_.time_s();
   std::optional<Eigen::Vector3d> rates = builder_.gyro_rad_s();
+  double rates_s = time_s;
   const auto predict_to = [&](double until_s) {
     ConstantVelocityConfig motion = config_.slam.local.motion;
-    if (motion.drive == RotationDrive::kGyro && !rates) motion.drive = RotationDrive::kConstantAttitude;
+    const bool gyro_speaks = rates && until_s - rates_s <= kGyroHolds * motion.gyro_step_s;
+    if (motion.drive == RotationDrive::kGyro && !gyro_speaks) motion.drive = RotationDrive::kConstantAttitude;
+    const double step_s = std::max(config_.slam.local.max_step_s, (until_s - time_s) / kMostSteps);
     while (time_s < until_s) {
-      const double dt = std::min(until_s - time_s, config_.slam.local.max_step_s);
+      const double dt = std::min(until_s - time_s, step_s);
       const VehiclePrediction ahead = predict_constant_velocity(x, rates.value_or(Eigen::Vector3d::Zero()), dt, motion);
       x = ahead.state;
       P = (ahead.F * P * ahead.F.transpose() + ahead.Q).eval();
@@ -113,7 +118,9 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
   };
   for (const auto& [sample_s, waiting] : window_.waiting()) {
     predict_to(sample_s);
-    if (waiting.gyro_rad_s) rates = waiting.gyro_rad_s;
+    if (!waiting.gyro_rad_s) continue;
+    rates = waiting.gyro_rad_s;
+    rates_s = sample_s;
   }
   return vehicle_in_world(global_T_base_, x, P.topLeftCorner<6, 6>(), time_s);
 }
