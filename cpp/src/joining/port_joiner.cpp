@@ -10,6 +10,7 @@
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/joining/batch_ports.hpp"
+#include "ssjs/joining/chance_alignment.hpp"
 #include "ssjs/joining/recursive_ports.hpp"
 
 namespace ssjs {
@@ -138,7 +139,7 @@ void PortJoiner::attach(PortMap& map) {
   put(map, fresh);
 }
 
-void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
+void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments) {
   if (!maps_.empty()) throw InvalidArgument("stand_on", "late call", "comes before every map");
   const auto n = static_cast<Eigen::Index>(world_T_base.size());
   LevelledSubmap datum;
@@ -151,7 +152,7 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
     datum.covariance.block<3, 3>(3 * k, 3 * k) = base.covariance;
     bases.push_back({3 * k, {UnknownKind::kBase, static_cast<int>(k) + 1}});
   }
-  bases_are_given_ = true;
+  max_chance_alignments_ = max_chance_alignments;
   extents_.emplace_back();
   maps_.push_back({std::move(datum), {}});
   level_->introduce(maps_.back(), bases);  // (P-24)
@@ -175,7 +176,7 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   }
   const MapExtent extent = extent_of(submap);
   maps_.push_back({std::move(submap), {}});
-  if (!bases_are_given_) attach(maps_.back());
+  if (!max_chance_alignments_) attach(maps_.back());
   level_->settle();
   reach_.add(extent, *level_);
 
@@ -258,8 +259,15 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
     }
   }
   report.candidates = static_cast<int>(others.size());
-  const SightingPairs found = associate_sightings(observed, predicted, *level_, density_around(observer, predicted), association_);
+  const double density_per_m2 = density_around(observer, predicted);
+  SightingPairs found = associate_sightings(observed, predicted, *level_, density_per_m2, association_);
   report.budget_exhausted = found.budget_exhausted;
+  if (max_chance_alignments_ && map.ports.empty() &&
+      expected_chance_alignments(observed, predicted, found.pairs, *level_, density_per_m2, config_.gate_probability) >
+          *max_chance_alignments_) {  // (P-28)
+    found.refused += static_cast<int>(found.pairs.size());
+    found.pairs.clear();
+  }
   if (found.pairs.empty() && found.refused == 0) return report;
 
   std::vector<Match> matches;

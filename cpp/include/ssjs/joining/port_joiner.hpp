@@ -61,8 +61,9 @@ class PortJoiner {
   explicit PortJoiner(const PortJoinerConfig& config);
 
   /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (P-24). Their maps are
-  /// number 1 and on, number 0 being this datum; where they end is not asked.
-  void stand_on(const std::vector<GaussianSe2>& world_T_base);
+  /// number 1 and on, number 0 being this datum; where they end is not asked. The first pairs of a map are refused when more than
+  /// max_chance_alignments as good are to be expected by chance (P-28).
+  void stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
   JoinReport take(LevelledSubmap submap);
@@ -106,7 +107,7 @@ class PortJoiner {
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;
-  bool bases_are_given_ = false;
+  std::optional<double> max_chance_alignments_;  ///< of maps whose bases are given
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
