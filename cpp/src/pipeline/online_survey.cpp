@@ -86,12 +86,22 @@ void OnlineSurvey::close(TickResult& finished) {
   });
 }
 
+void OnlineSurvey::count(const JoinReport& report) {
+  for (const LoopAttempt& loop : report.loops) {
+    if (loop.accepted) {
+      ++loop_closures_;
+    } else if (loop.revised) {
+      --loop_closures_;
+    }
+  }
+}
+
 void OnlineSurvey::take_over() {
   if (!background_.is_done()) ++waits_;
   background_.collect();
   if (joining_.steps) builder_.reuse(std::move(joining_.steps->record));
   joining_.steps.reset();
-  for (const LoopAttempt& loop : joining_.report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+  count(joining_.report);
   compass_jumps_ = joiner_.compass_jumps();
   global_T_base_ = joining_.global_T_newest_base;
 }
@@ -159,11 +169,10 @@ void OnlineSurvey::finish() {
   finished_ = true;
   rest();
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
-    const JoinReport report = joiner_.take(std::move(*last));
-    for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+    count(joiner_.take(std::move(*last)));
     ++submaps_;
   }
-  if (!joiner_.maps().empty()) joiner_.finish();
+  if (!joiner_.maps().empty()) count(joiner_.finish());
 }
 
 /// What the maps say is asked of them when the background rests.
