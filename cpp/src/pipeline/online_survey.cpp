@@ -14,6 +14,8 @@
 namespace ssjs {
 namespace {
 
+constexpr double kMostSteps = 1000.0;  // of one prediction, however far the clock has jumped
+
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
   if (config.slam.method != LevelledMethod::kPorts)
@@ -38,8 +40,8 @@ OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
 Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (finished_) throw InvalidArgument("sample", sample.time_s, "the mission is finished");
   const Arrival arrival = window_.put(sample);
-  ++arrivals_[static_cast<std::size_t>(arrival)];
   while (const NavigationTick* const due = window_.take()) step(*due);
+  ++arrivals_[static_cast<std::size_t>(arrival)];  // what throws before is not counted among them
   return arrival;
 }
 
@@ -84,12 +86,22 @@ void OnlineSurvey::close(TickResult& finished) {
   });
 }
 
+void OnlineSurvey::count(const JoinReport& report) {
+  for (const LoopAttempt& loop : report.loops) {
+    if (loop.accepted) {
+      ++loop_closures_;
+    } else if (loop.revised) {
+      --loop_closures_;
+    }
+  }
+}
+
 void OnlineSurvey::take_over() {
   if (!background_.is_done()) ++waits_;
   background_.collect();
   if (joining_.steps) builder_.reuse(std::move(joining_.steps->record));
   joining_.steps.reset();
-  for (const LoopAttempt& loop : joining_.report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+  count(joining_.report);
   compass_jumps_ = joiner_.compass_jumps();
   global_T_base_ = joining_.global_T_newest_base;
 }
@@ -100,11 +112,14 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
   VehicleMatrix P = builder_.filter().vehicle_covariance();
   double time_s = builder_.time_s();
   std::optional<Eigen::Vector3d> rates = builder_.gyro_rad_s();
+  double rates_s = time_s;
   const auto predict_to = [&](double until_s) {
     ConstantVelocityConfig motion = config_.slam.local.motion;
-    if (motion.drive == RotationDrive::kGyro && !rates) motion.drive = RotationDrive::kConstantAttitude;
+    const bool gyro_speaks = rates && until_s - rates_s <= kGyroHolds * motion.gyro_step_s;
+    if (motion.drive == RotationDrive::kGyro && !gyro_speaks) motion.drive = RotationDrive::kConstantAttitude;
+    const double step_s = std::max(config_.slam.local.max_step_s, (until_s - time_s) / kMostSteps);
     while (time_s < until_s) {
-      const double dt = std::min(until_s - time_s, config_.slam.local.max_step_s);
+      const double dt = std::min(until_s - time_s, step_s);
       const VehiclePrediction ahead = predict_constant_velocity(x, rates.value_or(Eigen::Vector3d::Zero()), dt, motion);
       x = ahead.state;
       P = (ahead.F * P * ahead.F.transpose() + ahead.Q).eval();
@@ -113,7 +128,9 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
   };
   for (const auto& [sample_s, waiting] : window_.waiting()) {
     predict_to(sample_s);
-    if (waiting.gyro_rad_s) rates = waiting.gyro_rad_s;
+    if (!waiting.gyro_rad_s) continue;
+    rates = waiting.gyro_rad_s;
+    rates_s = sample_s;
   }
   return vehicle_in_world(global_T_base_, x, P.topLeftCorner<6, 6>(), time_s);
 }
@@ -152,11 +169,10 @@ void OnlineSurvey::finish() {
   finished_ = true;
   rest();
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
-    const JoinReport report = joiner_.take(std::move(*last));
-    for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+    count(joiner_.take(std::move(*last)));
     ++submaps_;
   }
-  if (!joiner_.maps().empty()) joiner_.finish();
+  if (!joiner_.maps().empty()) count(joiner_.finish());
 }
 
 /// What the maps say is asked of them when the background rests.

@@ -19,6 +19,9 @@
 
 namespace ssjs {
 
+/// In gyro_step_s: a gyro that is silent for longer says nothing of the turn.
+inline constexpr double kGyroHolds = 20.0;
+
 enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan };
 inline constexpr std::size_t kNavigationSensors = 6;
 

@@ -57,6 +57,7 @@ struct LevelledStep {
 ///   t = (x m, y m, heading rad) of the vehicle when the map ended: base_T_next_base
 ///   c (kConstant) or c_s, c_e (kBorders), rad in [-pi, pi)
 ///   landmarks, 3 each: x, y in the base frame, z absolute depth, m
+///   in a map that was joined: poses of other bases that loop closures claimed, 3 each as t (docs/math/closures.md C-10)
 struct LevelledSubmap {
   int index = 0;
   double start_time_s = 0.0;
@@ -95,7 +96,8 @@ struct LevelledSubmap {
     a("landmarks", landmarks);
     a("seen_s", seen_s);
     a("steps", steps);
-    a.require(mean.size() == landmark_offset(landmark_count()) && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
+    const Eigen::Index further = mean.size() - landmark_offset(landmark_count());
+    a.require(further >= 0 && further % 3 == 0 && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
               "has a mean, a covariance and landmarks that do not fit each other");
     for (const LevelledStep& step : steps) {
       a.require(step.gain.cols() >= 3 && step.gain.cols() <= mean.size(), "has a step with a gain of the wrong shape");

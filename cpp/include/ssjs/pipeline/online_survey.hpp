@@ -105,6 +105,7 @@ class OnlineSurvey {
   void step(const NavigationTick& tick);
   void close(TickResult& finished);
   void take_over();
+  void count(const JoinReport& report);
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
