@@ -34,4 +34,7 @@ void study_growth(const StudyOptions& options);
 /// The same closings with the dense covariance and with sparse port factors, by the number of live bases.
 void study_crossover(const StudyOptions& options);
 
+/// Everything that can go wrong on the way from the sensors of an underwater vehicle to its estimator: the table of docs/faults.md.
+void study_faults(const StudyOptions& options);
+
 }  // namespace ssjs::benchmarks

@@ -62,7 +62,8 @@ std::string number(Eigen::Index value) { return std::to_string(value); }
 PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
       association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
-      level_(make_level(config)) {
+      level_(make_level(config)),
+      fixes_(config.fixes) {
   if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
     throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
   }
@@ -170,6 +171,11 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   level_->settle();
 
   JoinReport report;
+  const auto fix = [&](const std::optional<BaseFix>& base_fix, int base) {
+    if (base_fix) report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));
+  };
+  fix(maps_.back().submap.start_fix, newest);
+  fix(maps_.back().submap.exit_fix, newest + 1);
   if (config_.association == AssociationMethod::kKnown) {
     const std::vector<Match> matches = match_by_identity(newest);
     join(newest, matches);

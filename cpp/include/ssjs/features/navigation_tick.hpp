@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "ssjs/sensors/navigation_sensors.hpp"
+#include "ssjs/sensors/position_fix.hpp"
 #include "ssjs/sensors/side_scan.hpp"
 
 namespace ssjs {
@@ -18,6 +19,7 @@ struct NavigationTick {
   std::optional<double> depth_m;
   std::optional<double> altitude_m;
   std::optional<VelocitySample> velocity;
+  std::optional<PositionFix> fix;
   SideScanSightings sightings;
 };
 

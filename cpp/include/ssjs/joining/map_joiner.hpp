@@ -33,6 +33,17 @@ struct NeighbourJoin {
   int dof = 0;
 };
 
+/// A position fix held against the survey. docs/math/ports.md (P-30..P-33).
+struct FixAttempt {
+  double time_s = 0.0;
+  int base = 0;
+  bool accepted = false;
+  bool relocated = false;             ///< the estimate was found wrong: this fix and the refused ones before it are used
+  std::string reason;                 ///< why not; empty when accepted
+  std::optional<double> chi_squared;  ///< of 2; nothing of the first fix, which decides where the survey lies
+  double distance_m = 0.0;            ///< from where the survey expected the vehicle
+};
+
 struct JoinReport {
   int candidates = 0;              ///< pairs of maps compared
   std::vector<LoopAttempt> loops;  ///< compared pairs, in the order of the comparison
@@ -40,6 +51,7 @@ struct JoinReport {
   int fusions = 0;  ///< two maps became one, whether neighbours or a loop
   double association_time_s = 0.0;
   bool budget_exhausted = false;
+  std::vector<FixAttempt> fixes{};
 
   void append(const JoinReport& later);
 };

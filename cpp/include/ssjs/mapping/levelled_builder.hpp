@@ -10,6 +10,7 @@
 
 #include "ssjs/features/navigation_tick.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
+#include "ssjs/mapping/base_fix.hpp"
 #include "ssjs/mapping/levelled_config.hpp"
 #include "ssjs/mapping/levelled_journal.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
@@ -17,10 +18,11 @@
 
 namespace ssjs {
 
-enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan };
-inline constexpr std::size_t kNavigationSensors = 6;
+enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro };
+inline constexpr std::size_t kNavigationSensors = 8;
 
-/// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter.
+/// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter. A gyro has
+/// none: its rates are inputs. Fixes are judged by who joins the maps.
 struct SensorStatistics {
   int used = 0;
   int refused = 0;  ///< outside the gate; a velocity log without bottom lock is neither
@@ -55,6 +57,7 @@ class LevelledBuilder {
   [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] double map_start_s() const { return start_time_s_; }
+  [[nodiscard]] const std::optional<BaseFix>& start_fix() const { return start_fix_; }             ///< that base 0 came with
   [[nodiscard]] bool offset_known() const { return offset_known_; }                               ///< the compass has spoken in this map
   [[nodiscard]] const std::optional<Eigen::Vector3d>& gyro_rad_s() const { return gyro_rad_s_; }  ///< the last sample
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
@@ -73,16 +76,20 @@ class LevelledBuilder {
   void start(const NavigationTick& tick);
   void count_refused(const std::vector<NavigationSensor>& refused, TickResult& result);
   void predict_to(double time_s);
+  void add_doubt(double gap_s);
+  void forget_until(double time_s);
   [[nodiscard]] GatedRows gated_rows(const NavigationTick& tick, bool gates) const;
   void introduce_offset(double compass_rad, double sigma_rad);
   void add_to_mean(double time_s, double compass_rad);
   void use(const NavigationTick& tick, GatedRows gated, const SightingAssociation& association, TickResult& result);
-  [[nodiscard]] std::optional<std::string> reason_to_close_map(int new_landmarks) const;
+  [[nodiscard]] std::optional<std::string> reason_to_close_map(int new_landmarks, bool velocity_valid) const;
   [[nodiscard]] LevelledSubmap close(const std::string& reason);
 
   LevelledBuilderConfig config_;
   LevelledFilter filter_;
   LevelledJournal journal_;
+  FixKeeper fixes_;
+  std::optional<BaseFix> start_fix_;  ///< of base 0
   std::vector<MapLandmark> landmarks_;
   std::vector<std::vector<double>> seen_s_;  ///< of each landmark
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
@@ -95,6 +102,8 @@ class LevelledBuilder {
   bool started_ = false;
   double start_time_s_ = 0.0, time_s_ = 0.0;
   double last_step_s_ = 0.0;
+  double usual_gap_s_ = 0.0;  ///< between two ticks, lately
+  bool is_lost_ = false;      ///< after a silence so long that nothing is known: the map ends as soon as another can begin
   double distance_m_ = 0.0;
   double shortened_m_ = 0.0;  ///< of it that an uncertain heading may have taken (A-25)
   bool offset_known_ = false;

@@ -7,6 +7,7 @@
 #include <future>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ssjs/joining/port_estimate.hpp"
@@ -14,6 +15,7 @@
 #include "ssjs/mapping/levelled_builder.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
+#include "ssjs/pipeline/survey_health.hpp"
 
 namespace ssjs {
 
@@ -35,13 +37,6 @@ struct OnlineSurveyConfig {
   }
 };
 
-enum class SurveyHealth {
-  kWaiting,  ///< nothing heard yet
-  kGood,
-  kDegraded,  ///< a sensor is silent or refused: the estimate is honest but worse than usual
-  kLost,      ///< the position is known no better than lost_sigma_m
-};
-
 /// What a pilot or a supervisor acts on.
 struct SurveyStatus {
   SurveyHealth health = SurveyHealth::kWaiting;
@@ -49,10 +44,15 @@ struct SurveyStatus {
   std::array<std::int64_t, 6> arrivals{};                 ///< samples by Arrival
   std::array<double, kNavigationSensors> silent_for_s{};  ///< since each sensor was last used; negative: never heard
   std::array<std::int64_t, kNavigationSensors> used{}, refused{};
-  int submaps = 0;        ///< finished
-  int landmarks = 0;      ///< of the present submap
-  int loop_closures = 0;  ///< pairs of maps tied so far
+  std::array<SensorState, kNavigationSensors> sensors{};
+  std::string advice;         ///< what to do about the worst of it; empty when all is well
+  int clock_changes = 0;      ///< times that the clock of the samples was found set
+  double clock_offset_s = 0;  ///< of the poses' time beyond that of the samples, since
+  int submaps = 0;            ///< finished
+  int landmarks = 0;          ///< of the present submap
+  int loop_closures = 0;      ///< pairs of maps tied so far
   int compass_jumps = 0;
+  int relocations = 0;   ///< times that fixes showed the estimate to be wrong, or an operator set it
   int waits = 0;         ///< times that the caller had to wait for the background
   bool joining = false;  ///< the background is at work
 };
@@ -73,6 +73,9 @@ class OnlineSurvey {
   [[nodiscard]] std::optional<SurveyStep> global_T_vehicle() const;
   [[nodiscard]] SurveyStatus status() const;
 
+  /// Told, in feed() and finish(), of what an operator wants to know; nothing is said otherwise.
+  void set_log(SurveyLog log) { log_ = std::move(log); }
+
   /// All samples through, the last submap closed, the global level settled. No sample may follow.
   void finish();
 
@@ -84,6 +87,11 @@ class OnlineSurvey {
   void step(const NavigationTick& tick);
   void close(LevelledSubmap submap);
   void take_over();
+  void count(const JoinReport& report);
+  void tell(NoteKind kind, const std::string& text) const;
+  void tell_of_arrival(Arrival arrival, const NavigationTick& sample);
+  void tell_of_sensors();
+  [[nodiscard]] SensorState state_of(NavigationSensor sensor) const;
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
@@ -93,9 +101,17 @@ class OnlineSurvey {
   GaussianSe2 global_T_base_;  ///< of the map that is being built
   double take_over_s_ = 0.0;
   std::array<std::int64_t, 6> arrivals_{};
-  std::array<double, kNavigationSensors> heard_s_;
+  SensorGuard guard_;
+  SensorWatch watch_;
+  SurveyLog log_;
+  std::array<SensorState, kNavigationSensors> told_{};  ///< to the log
+  int told_clock_changes_ = 0;
+  Arrival told_arrival_ = Arrival::kTaken;
+  bool fixes_contradict_ = false;  ///< the last one was refused
   int loop_closures_ = 0;
   int compass_jumps_ = 0;
+  int relocations_ = 0;
+  int fixes_used_ = 0, fixes_refused_ = 0;
   int submaps_ = 0;
   int waits_ = 0;
   std::int64_t steps_ = 0;
