@@ -33,6 +33,7 @@ void study_faults(const StudyOptions& options) {
     const std::vector<testing::FaultCase> faults = testing::faults(survey);
     rows.resize(faults.size());
     for (std::size_t f = 0; f < faults.size(); ++f) {
+      if (faults[f].name.find(options.method) == std::string::npos) continue;
       testing::FaultOutcome outcome;
       Row& row = rows[f];
       row.cpu_s = std::max(row.cpu_s, cpu_time_s([&] { outcome = testing::run_fault(survey, faults[f], seed); }));
@@ -59,6 +60,7 @@ void study_faults(const StudyOptions& options) {
       "closures or a fix | after m | whole way RMSE m | threw |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Row& row : rows) {
+    if (row.runs == 0) continue;
     std::printf("| %s | %s | %s | %.1f | %.1f | %.0f | %d, %d | %d of %d | %.1f | %.2f | %d |\n", row.name.c_str(), row.detected.c_str(),
                 row.health.c_str(), row.during_m, row.during_sigmas, row.recovered_s, row.closures, row.fixes, row.within, row.runs,
                 row.after_m, row.rmse_m, row.failures);

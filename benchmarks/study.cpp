@@ -20,7 +20,7 @@ constexpr const char* kUsage =
     "  revisit      global level, a fixed area                 --laps --rounds --association --seed --csv\n"
     "  exploration  global level, a growing field              --columns --rows --rounds --association --seed --csv\n"
     "  crossover    dense against sparse global level          --columns --rows --rounds --association --seed\n"
-    "  faults       everything that can go wrong under water   --seeds --seed\n";
+    "  faults       everything that can go wrong under water   --seeds --method --seed\n";
 
 int whole_number(const std::string& flag, const std::string& text) {
   int value = 0;

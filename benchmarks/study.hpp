@@ -13,7 +13,7 @@ struct StudyOptions {
   int columns = 200, rows = 100;      ///< landmarks of the explored field
   std::string association = "known";  ///< or "jcbb"
   int limit_s = 60;                   ///< processor time of one point of the growth study
-  std::string method;                 ///< of the growth study; empty: all
+  std::string method;                 ///< of the growth study, or part of a fault's name; empty: all
   std::uint64_t seed = 0;
   std::string csv;  ///< one line a closing; empty: no file
 };

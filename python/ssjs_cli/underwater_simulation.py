@@ -60,7 +60,7 @@ SONAR_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
             "objects": 300,
         },
         # From the surface, and satellites whenever the vehicle is there.
-        REMUS_SURVEY: {**_REMUS, "lines.surface_start": True, "vehicle.fix_interval_s": 1.0},
+        REMUS_SURVEY: {**_REMUS, "lines.surface_start": True, "lines.run_in_m": 150.0, "vehicle.fix_interval_s": 1.0},
         REMUS_SURVEY_WITHOUT_FIXES: _REMUS,
     }
 )
