@@ -34,6 +34,7 @@ void study_faults(const StudyOptions& options) {
     rows.resize(faults.size());
     for (std::size_t f = 0; f < faults.size(); ++f) {
       if (faults[f].name.find(options.method) == std::string::npos) continue;
+      std::fprintf(stderr, "seed %d: %s\n", static_cast<int>(seed), faults[f].name.c_str());
       testing::FaultOutcome outcome;
       Row& row = rows[f];
       row.cpu_s = std::max(row.cpu_s, cpu_time_s([&] { outcome = testing::run_fault(survey, faults[f], seed); }));

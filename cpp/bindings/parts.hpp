@@ -16,6 +16,7 @@ void add_segmentation(pybind11::module_& module);
 void add_cascade(pybind11::module_& module);
 void add_survey(pybind11::module_& module);
 void add_sonar_loop(pybind11::module_& module);
+void add_season(pybind11::module_& module);
 void add_io(pybind11::module_& module);
 
 }  // namespace ssjs::bindings

@@ -14,6 +14,7 @@ bool is_usable(const PositionFix& fix) {
   const Eigen::Matrix2d& R = fix.covariance;
   return fix.world_p_vehicle.allFinite() && R.allFinite() && R(0, 0) > 0.0 && R.determinant() > 0.0;
 }
+constexpr std::size_t kSightingsExpected = 4;  // of one time; more is a one-time growth
 
 bool is_finite(const NavigationTick& tick) {
   const auto scalar = [](const std::optional<double>& value) { return !value || std::isfinite(*value); };
@@ -60,19 +61,17 @@ bool ReorderWindow::is_jump(double time_s) {
 }
 
 /// One sensor may lag. When all that arrives is late, from several sensors and on a clock that runs, the clock itself was set back.
-bool ReorderWindow::was_set_back(const NavigationTick& tick) {
-  const unsigned kinds = kinds_of(tick);
+bool ReorderWindow::was_set_back(double time_s, unsigned kinds) {
   if (kinds == 0) return false;
-  const bool runs_on =
-      late_in_a_row_ > 0 && tick.time_s >= last_late_s_ - config_.window_s && tick.time_s <= last_late_s_ + config_.max_gap_s;
+  const bool runs_on = late_in_a_row_ > 0 && time_s >= last_late_s_ - config_.window_s && time_s <= last_late_s_ + config_.max_gap_s;
   if (!runs_on) {
     late_in_a_row_ = 0;
     late_kinds_ = 0;
-    first_late_s_ = tick.time_s;
+    first_late_s_ = time_s;
   }
   ++late_in_a_row_;
   late_kinds_ |= kinds;
-  last_late_s_ = tick.time_s;
+  last_late_s_ = time_s;
   const bool several = is_several(late_kinds_) || !is_several(heard_kinds_);
   return several && late_in_a_row_ >= 2 * config_.jump_samples;
 }
@@ -82,50 +81,62 @@ void ReorderWindow::set_clock(double by_s) {
   ++clock_changes_;
 }
 
-Arrival ReorderWindow::put(const NavigationTick& sample) {
-  if (!is_finite(sample)) return Arrival::kNotFinite;
-  NavigationTick tick = sample;
-  tick.time_s += offset_s_;
+Arrival ReorderWindow::put(const NavigationTick& tick) {
+  if (!is_finite(tick)) return Arrival::kNotFinite;
+  double time_s = tick.time_s + offset_s_;
   const std::optional<double> newest_before = newest_s_;
-  if (is_jump(tick.time_s)) return Arrival::kClockJump;
-  if (!config_.gaps_are_silence && newest_before && tick.time_s > *newest_before + config_.max_gap_s) {
-    set_clock(*newest_before - *suspect_s_);
-    tick.time_s = *newest_before;
+  if (is_jump(time_s)) return Arrival::kClockJump;
+  if (!config_.gaps_are_silence && newest_before && time_s > *newest_before + config_.max_gap_s) {
+    set_clock(*newest_before - time_s);
+    time_s = *newest_before;
   }
-  const bool is_late = (given_out_s_ && tick.time_s <= *given_out_s_) || (newest_s_ && tick.time_s < *newest_s_ - config_.window_s);
+  const bool is_late = (given_out_s_ && time_s <= *given_out_s_) || (newest_s_ && time_s < *newest_s_ - config_.window_s);
   if (is_late) {
-    if (!was_set_back(tick)) return Arrival::kLate;
+    if (!was_set_back(time_s, kinds_of(tick))) return Arrival::kLate;
     const double by_s = *newest_s_ - first_late_s_;
     set_clock(by_s);
-    tick.time_s = std::max(tick.time_s + by_s, *newest_s_);
+    time_s = std::max(time_s + by_s, *newest_s_);
   }
   late_in_a_row_ = 0;
   heard_kinds_ |= kinds_of(tick);
   const auto capacity = static_cast<std::size_t>(config_.capacity);
   if (sightings_ + tick.sightings.size() > capacity) return Arrival::kFlood;
-  const auto at = waiting_.find(tick.time_s);
+  const auto at = waiting_.find(time_s);
   if (at != waiting_.end()) {
     if (share_a_sensor(at->second, tick)) return Arrival::kDuplicate;
     take_in(at->second, tick);
+    sightings_ += tick.sightings.size();
+    return Arrival::kTaken;
+  }
+  if (waiting_.size() >= capacity) return Arrival::kFlood;
+  if (spare_.empty()) {
+    NavigationTick& added = waiting_.emplace(time_s, tick).first->second;
+    added.time_s = time_s;
+    added.sightings.reserve(kSightingsExpected);
   } else {
-    if (waiting_.size() >= capacity) return Arrival::kFlood;
-    waiting_.emplace(tick.time_s, tick);
-    newest_s_ = std::max(newest_s_.value_or(tick.time_s), tick.time_s);
+    Ticks::node_type node = std::move(spare_.back());
+    spare_.pop_back();
+    node.key() = time_s;
+    node.mapped() = tick;
+    node.mapped().time_s = time_s;
+    waiting_.insert(std::move(node));
   }
   sightings_ += tick.sightings.size();
+  newest_s_ = std::max(newest_s_.value_or(time_s), time_s);
   return Arrival::kTaken;
 }
 
-std::optional<NavigationTick> ReorderWindow::take(bool all) {
-  if (waiting_.empty()) return std::nullopt;
+const NavigationTick* ReorderWindow::take(bool all) {
+  if (waiting_.empty()) return nullptr;
   const auto oldest = waiting_.begin();
-  if (!all && !(*newest_s_ - oldest->first > config_.window_s)) return std::nullopt;
+  if (!all && !(*newest_s_ - oldest->first > config_.window_s)) return nullptr;
   given_out_s_ = oldest->first;
-  std::optional<NavigationTick> tick = std::move(oldest->second);
-  waiting_.erase(oldest);
-  sightings_ -= tick->sightings.size();
-  std::sort(tick->sightings.begin(), tick->sightings.end(), comes_before);
-  return tick;
+  if (taken_) spare_.push_back(std::move(taken_));
+  taken_ = waiting_.extract(oldest);
+  NavigationTick& tick = taken_.mapped();
+  sightings_ -= tick.sightings.size();
+  std::sort(tick.sightings.begin(), tick.sightings.end(), comes_before);
+  return &tick;
 }
 
 }  // namespace ssjs

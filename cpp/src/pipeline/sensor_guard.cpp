@@ -136,7 +136,9 @@ void SensorGuard::limit_sightings(NavigationTick& tick) {
   *sightings_left_ -= static_cast<double>(tick.sightings.size());
 }
 
-NavigationTick SensorGuard::pass(NavigationTick tick) {
+const NavigationTick& SensorGuard::pass(const NavigationTick& arrived) {
+  passed_ = arrived;  // no new memory where the sightings find room
+  NavigationTick& tick = passed_;
   const double t = tick.time_s;
   if (tick.gyro_rad_s) {
     const Eigen::Vector3d& w = *tick.gyro_rad_s;

@@ -80,7 +80,12 @@ inline FaultOutcome run_fault(const SimulatedSurvey& survey, const FaultCase& fa
     }
     if (now_s < next_s) continue;
     next_s = now_s + 1.0;
-    const std::optional<SurveyStep> step = estimator.global_T_vehicle();
+    std::optional<SurveyStep> step;
+    try {
+      step = estimator.global_T_vehicle();
+    } catch (const Error&) {
+      ++outcome.failures;
+    }
     if (!step) continue;
     const AuvTruth& truth = survey.truth[std::min(survey.truth.size() - 1, static_cast<std::size_t>(std::lround(now_s / step_s)))];
     const Eigen::Vector2d error = step->global_T_vehicle.head<2>() - truth.world_T_vehicle.translation.head<2>();

@@ -43,6 +43,12 @@ class PortFixes {
   FixConfig config_;
   bool anchored_ = false;            ///< a fix was used: the world is that of the fixes
   std::vector<FixFactor> suspects_;  ///< refused, the last ones in a row, in agreement with each other
+
+ public:
+  void archive(Archive& a) {
+    a("anchored", anchored_);
+    a("suspects", suspects_);
+  }
 };
 
 /// The exit of the map may lie `variance` (m^2) farther off, in either direction, than the map says: its covariance, and its steps, which

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace ssjs {
 struct OffsetPrior {
   double mean_rad = 0.0;
   double variance = 0.0;  ///< rad^2, > 0
+
+  void archive(Archive& a) {
+    a("mean_rad", mean_rad);
+    a("variance", variance);
+  }
 };
 
 /// A fix of the vehicle at `base_p` of a base's frame. (P-30)
@@ -22,6 +28,13 @@ struct FixFactor {
   Eigen::Vector2d base_p = Eigen::Vector2d::Zero();          ///< m
   Eigen::Vector2d world_p = Eigen::Vector2d::Zero();         ///< m
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();  ///< m^2
+
+  void archive(Archive& a) {
+    a("base", base);
+    a("base_p", base_p);
+    a("world_p", world_p);
+    a("covariance", covariance);
+  }
 };
 
 /// Where a fix is expected, with the Jacobian over the base (x, y, heading). (P-30)
@@ -35,6 +48,8 @@ struct PlacedFix {
 /// give or take this. (P-31)
 struct StartPrior {
   double heading_variance = 0.0;  ///< rad^2, > 0
+
+  void archive(Archive& a) { a("heading_variance", heading_variance); }
 };
 
 /// Base 0 stands at the origin, or where fixes put it. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then
@@ -62,6 +77,11 @@ class PortLevel : public PortKnowledge {
   virtual void settle() = 0;
   /// Gauss-Newton over everything, whatever the implementation.
   virtual void adjust() = 0;
+
+  /// What does not follow from the maps and their ports ...
+  virtual void archive(Archive& a) = 0;
+  /// ... and what does, once that and the maps were read.
+  virtual void resume(const std::deque<PortMap>& maps) = 0;
 };
 
 /// Appends to `values` what `map` says of the ports' unknowns, which are the next of their kinds (P-7).

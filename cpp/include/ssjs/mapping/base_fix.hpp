@@ -13,6 +13,12 @@ struct BaseFix {
   double time_s = 0.0;
   Eigen::Vector2d base_p_vehicle = Eigen::Vector2d::Zero();  ///< where the vehicle was at the fix, m; 0 where the fix came with the base
   PositionFix fix;                                           ///< its covariance with what the way from the fix to the base adds
+
+  void archive(Archive& a) {
+    a("time_s", time_s);
+    a("base_p_vehicle", base_p_vehicle);
+    a("fix", fix);
+  }
 };
 
 /// Keeps the newest fix until a map can be closed for it.
@@ -35,10 +41,22 @@ class FixKeeper {
     double time_s;
     PositionFix fix;
     Eigen::Vector2d map_p_vehicle;
+
+    void archive(Archive& a) {
+      a("time_s", time_s);
+      a("fix", fix);
+      a("map_p_vehicle", map_p_vehicle);
+    }
   };
   std::optional<double> interval_s_;
   std::optional<double> used_s_;
   std::optional<Kept> kept_;
+
+ public:
+  void archive(Archive& a) {
+    a("used_s", used_s_);
+    a("kept", kept_);
+  }
 };
 
 }  // namespace ssjs

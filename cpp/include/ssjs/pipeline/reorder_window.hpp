@@ -3,7 +3,9 @@
 
 #include <map>
 #include <optional>
+#include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/features/navigation_tick.hpp"
 
 namespace ssjs {
@@ -49,7 +51,8 @@ class ReorderWindow {
 
   /// The oldest tick, once it is due; with `all` also when it is not (the end of a mission). Samples of its time or before are kLate from
   /// now on.
-  [[nodiscard]] std::optional<NavigationTick> take(bool all = false);
+  /// Valid until the next call; nullptr when nothing is due.
+  [[nodiscard]] const NavigationTick* take(bool all = false);
 
   [[nodiscard]] const std::map<double, NavigationTick>& waiting() const { return waiting_; }  ///< by time
   [[nodiscard]] std::optional<double> newest_s() const { return newest_s_; }
@@ -58,14 +61,17 @@ class ReorderWindow {
 
  private:
   [[nodiscard]] bool is_jump(double time_s);
-  [[nodiscard]] bool was_set_back(const NavigationTick& tick);
+  [[nodiscard]] bool was_set_back(double time_s, unsigned kinds);
   void set_clock(double by_s);
 
   ReorderConfig config_;
-  std::map<double, NavigationTick> waiting_;
-  std::optional<double> newest_s_;     ///< of all samples believed
-  std::optional<double> given_out_s_;  ///< of the last tick taken
-  std::optional<double> suspect_s_;    ///< of the last sample beyond the gap
+  using Ticks = std::map<double, NavigationTick>;
+  Ticks waiting_;
+  std::vector<Ticks::node_type> spare_;  ///< what was taken gives its memory to what comes
+  Ticks::node_type taken_;               ///< the last one
+  std::optional<double> newest_s_;       ///< of all samples believed
+  std::optional<double> given_out_s_;    ///< of the last tick taken
+  std::optional<double> suspect_s_;      ///< of the last sample beyond the gap
   int suspects_ = 0;
   double offset_s_ = 0.0;
   int clock_changes_ = 0;
@@ -74,6 +80,24 @@ class ReorderWindow {
   int late_in_a_row_ = 0;
   unsigned late_kinds_ = 0, heard_kinds_ = 0;  ///< a bit a sensor
   double first_late_s_ = 0.0, last_late_s_ = 0.0;
+
+ public:
+  void archive(Archive& a) {
+    a("waiting", waiting_);
+    a("newest_s", newest_s_);
+    a("given_out_s", given_out_s_);
+    a("suspect_s", suspect_s_);
+    a("suspects", suspects_);
+    a("offset_s", offset_s_);
+    a("clock_changes", clock_changes_);
+    a("sightings", sightings_);
+    a("late_in_a_row", late_in_a_row_);
+    a("late_kinds", late_kinds_);
+    a("heard_kinds", heard_kinds_);
+    a("first_late_s", first_late_s_);
+    a("last_late_s", last_late_s_);
+    a.require(waiting_.empty() || newest_s_.has_value(), "holds samples but no newest one");
+  }
 };
 
 }  // namespace ssjs

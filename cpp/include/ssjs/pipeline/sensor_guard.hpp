@@ -52,8 +52,8 @@ class SensorGuard {
  public:
   explicit SensorGuard(const GuardConfig& config);
 
-  /// The tick less what is not believed. Times must not decrease.
-  [[nodiscard]] NavigationTick pass(NavigationTick tick);
+  /// The tick less what is not believed, until the next call. Times must not decrease.
+  [[nodiscard]] const NavigationTick& pass(const NavigationTick& tick);
 
   [[nodiscard]] SampleFault fault(NavigationSensor sensor) const { return watched_[index(sensor)].fault; }
   [[nodiscard]] std::int64_t refused(NavigationSensor sensor) const { return watched_[index(sensor)].refused; }
@@ -74,6 +74,20 @@ class SensorGuard {
     std::int64_t changes_before = 0;  ///< of all sensors, when this value came first
     std::optional<Values> believed;   ///< the last one
     double believed_s = 0.0;
+
+    void archive(Archive& a) {
+      a.choice("fault", fault, SampleFault::kFlood);
+      a("refused", refused);
+      a("good_in_a_row", good_in_a_row);
+      a("needed", needed);
+      a("is_doubted", is_doubted);
+      a("last", last);
+      a("same_since_s", same_since_s);
+      a("same", same);
+      a("changes_before", changes_before);
+      a("believed", believed);
+      a("believed_s", believed_s);
+    }
   };
 
   [[nodiscard]] static std::size_t index(NavigationSensor sensor) { return static_cast<std::size_t>(sensor); }
@@ -89,6 +103,15 @@ class SensorGuard {
   std::int64_t changes_ = 0;              ///< of any sensor's value
   std::optional<double> sightings_left_;  ///< of the allowance that refills
   double refilled_s_ = 0.0;
+  NavigationTick passed_;  ///< of the tick at hand
+
+ public:
+  void archive(Archive& a) {
+    a("watched", watched_);
+    a("changes", changes_);
+    a("sightings_left", sightings_left_);
+    a("refilled_s", refilled_s_);
+  }
 };
 
 }  // namespace ssjs

@@ -44,8 +44,19 @@ class SensorWatch {
     bool spoke = false, was_used = false;
     double spoke_s = 0.0, used_s = 0.0;
     int refused_in_a_row = 0;
+
+    void archive(Archive& a) {
+      a("spoke", spoke);
+      a("was_used", was_used);
+      a("spoke_s", spoke_s);
+      a("used_s", used_s);
+      a("refused_in_a_row", refused_in_a_row);
+    }
   };
   std::array<Sensor, kNavigationSensors> sensors_{};
+
+ public:
+  void archive(Archive& a) { a("sensors", sensors_); }
 };
 
 /// Something an operator wants to know.
