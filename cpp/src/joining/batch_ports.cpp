@@ -360,6 +360,12 @@ void BatchPorts::resume(const std::deque<PortMap>& maps) {
       factorized_at_.landmarks.size() != values_.landmarks.size()) {
     throw InvalidArgument("factorized_at", static_cast<double>(factorized_at_.bases.size()), "must hold the same unknowns as the values");
   }
+  for (const auto& [unknown, row] : at_hand_.rows) {
+    const bool is_there = at_hand_.covariance.size() == 0 ||
+                          (row >= 0 && row <= std::min(at_hand_.covariance.rows(), at_hand_.covariance.cols()) - free_rows(unknown).second);
+    if (!known(unknown.kind, unknown.index) || is_fixed(unknown) || !is_there)
+      throw InvalidArgument("covariance at hand, row", static_cast<double>(row), "must be one of an unknown");
+  }
   const AtHand hand = at_hand_;
   analyse();
   std::swap(values_, factorized_at_);

@@ -34,11 +34,10 @@ FixAttempt PortFixes::take(const BaseFix& base_fix, int base, PortLevel& level, 
   FixAttempt attempt;
   attempt.time_s = base_fix.time_s;
   attempt.base = base;
-  if (!anchored_) {
-    level.free_start({config_.start_heading_sigma_rad * config_.start_heading_sigma_rad});  // (P-31)
-    level.fix(fix);
+  if (used_.empty()) {
+    use(fix, level);
     level.settle();
-    anchored_ = attempt.accepted = true;
+    attempt.accepted = true;
     return attempt;
   }
   const Innovation of_fix = innovation(fix, level);
@@ -47,7 +46,7 @@ FixAttempt PortFixes::take(const BaseFix& base_fix, int base, PortLevel& level, 
   attempt.accepted = *attempt.chi_squared <= chi_squared_quantile(config_.gate_probability, 2.0);  // (P-32)
   if (attempt.accepted) {
     suspects_.clear();
-    level.fix(fix);
+    use(fix, level);
     level.settle();
     return attempt;
   }
@@ -60,6 +59,17 @@ FixAttempt PortFixes::take(const BaseFix& base_fix, int base, PortLevel& level, 
   }
   attempt.reason = "outside the gate";
   return attempt;
+}
+
+void PortFixes::use(const FixFactor& fix, PortLevel& level) {
+  if (used_.empty()) level.free_start({config_.start_heading_sigma_rad * config_.start_heading_sigma_rad});  // (P-31)
+  level.fix(fix);
+  used_.push_back(fix);
+}
+
+void PortFixes::put_into(PortLevel& level) const {
+  if (!used_.empty()) level.free_start({config_.start_heading_sigma_rad * config_.start_heading_sigma_rad});
+  for (const FixFactor& fix : used_) level.fix(fix);
 }
 
 /// The way between the two fixes is as the survey knows it, wherever it lies. (P-33)
@@ -81,7 +91,7 @@ void PortFixes::relocate(PortLevel& level, std::deque<PortMap>& maps) {
   PortMap& broken = maps[static_cast<std::size_t>(first.base - 1)];
   loosen_exit(broken.submap, missing_variance(of_first.residual, of_first.S));
   level.loosen(broken);
-  for (const FixFactor& fix : suspects_) level.fix(fix);
+  for (const FixFactor& fix : suspects_) use(fix, level);
   level.settle();
   suspects_.clear();
 }

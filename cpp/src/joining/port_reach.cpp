@@ -45,9 +45,8 @@ void PortReach::add(const MapExtent& extent, const PortKnowledge& level) {
   base_covariances_.emplace_back(level.covariance({{UnknownKind::kBase, base}}));
 }
 
-std::vector<int> PortReach::of_newest(const PortKnowledge& level) const {
+std::vector<int> PortReach::before(int newest, const PortKnowledge& level) const {
   std::vector<int> others;
-  const auto newest = static_cast<int>(extents_.size()) - 1;
   const MapExtent& own = extent(newest);
   if (own.landmarks == 0) return others;
   const Eigen::Matrix3d P_newest = level.covariance({{UnknownKind::kBase, newest}});

@@ -162,7 +162,7 @@ SeasonEstimate join_missions(const std::vector<MissionMap>& missions, const Seas
     PortJoiner joiner(joiner_config(config));
     std::vector<GaussianSe2> frames;
     for (const std::size_t i : site) frames.push_back(missions[i].world_T_mission);
-    joiner.stand_on(frames);  // (P-24)
+    joiner.stand_on(frames, config.max_chance_alignments);  // (P-24)
     for (std::size_t k = 0; k < site.size(); ++k) {
       if (progress && !progress(static_cast<double>(joined++) / static_cast<double>(missions.size()))) throw Cancelled();
       season.budget_exhausted += joiner.take(map_of(missions[site[k]], static_cast<int>(k) + 1)).budget_exhausted ? 1 : 0;  // (P-26)

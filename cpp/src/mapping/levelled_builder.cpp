@@ -16,8 +16,7 @@ using Layout = VehicleLayout;
 constexpr double kLeastVariance = 1e-12;      // of an exit: a vehicle that has not moved is where it was to a micrometre
 constexpr double kLeastDriftVariance = 1e-9;  // rad^2, between the offsets at the borders of a map that took no time
 constexpr double kUnknownOffsetRad = 10.0;    // sigma of an offset that no reading told
-constexpr double kGyroHolds = 20.0;           // gyro_step_s: a gyro that is silent for longer says nothing of the turn
-constexpr double kCompassHoldsS = 2.0;        // the same of a compass
+constexpr double kCompassHoldsS = 2.0;        // a compass that is silent for longer says nothing of the heading
 constexpr double kAttitudeHoldsS = 2.0;       // the same of roll and pitch, without which no map is begun ...
 constexpr double kAttitudeLostS = 1800.0;     // ... unless they never come back
 constexpr double kUntoldTurn = 0.25;          // rad/sqrt(s): a survey's turns, where neither gyro nor compass tells of them
@@ -28,6 +27,7 @@ constexpr double kUnusual = 10.0;
 constexpr double kSteepest = 1.4;      // rad of pitch, beyond which attitude has no derivatives and no such vehicle goes
 constexpr double kForgottenS = 900.0;  // ... and after this nothing of it is known
 constexpr std::size_t kInitialSightings = 1024;
+constexpr std::size_t kBlocksOfATick = 16;     // sensors and sightings; more is a one-time growth
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks of a map without a limit; grows when a map does
 constexpr Eigen::Index kBeyondTheLimit = 4;    // a map that is full is closed at a tick with a velocity
 constexpr Eigen::Index kLargestReserved = 256;
@@ -75,10 +75,12 @@ LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config, StepSmooth
       fixes_(config.split.fix_interval_s),
       smoothing_(smoothing) {
   if (config.condition_trajectory) filter_.watch(&journal_);
-  gated_.rows.reserve(kNavigationSensors);
-  gated_.sensors.reserve(kNavigationSensors);
-  gated_.distances.reserve(kNavigationSensors);
+  gated_.rows.reserve(kBlocksOfATick);
+  gated_.sensors.reserve(kBlocksOfATick);
+  gated_.distances.reserve(kBlocksOfATick);
   gated_.refused.reserve(kNavigationSensors);
+  association_.pairs.reserve(kBlocksOfATick);
+  association_.fresh.reserve(kBlocksOfATick);
   seen_.reserve(kInitialSightings);
 }
 

@@ -277,4 +277,26 @@ void LevelledRecord::archive_numbers(Archive& a, std::string_view name, Tape<dou
   a.numbers(name, piece.items, count);
 }
 
+bool LevelledRecord::fits(Eigen::Index size) const {
+  std::size_t steps = steps_.size();
+  for (std::size_t i = entries_.size(); i-- > oldest_;) {
+    const Entry& entry = entries_[i];
+    if (entry.kind == Kind::kAdd) {
+      size -= 3;
+    } else if (entry.kind == Kind::kStep) {
+      if (entry.Y_rows != 6 || entry.Y_columns != size || steps-- == 0) return false;
+    } else {
+      Eigen::Index rows = 0;
+      for (std::size_t block = 0; block < entry.row_blocks; ++block) {
+        const StateRows& its = entry.rows.items[block];
+        rows += its.rows();
+        if (its.landmark != StateRows::kNoLandmark && (its.landmark < 0 || its.landmark >= (size - kVehicle) / 3)) return false;
+      }
+      if (entry.Y_rows != size || entry.Y_columns != rows) return false;
+    }
+    if (size < kVehicle) return false;
+  }
+  return true;
+}
+
 }  // namespace ssjs

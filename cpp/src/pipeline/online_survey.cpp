@@ -17,7 +17,8 @@ namespace ssjs {
 namespace {
 
 constexpr double kFarthestAhead_s = 60.0;
-constexpr double kSteepest = 1.4;  // rad of pitch: the prediction ends before it means nothing
+constexpr double kSteepest = 1.4;      // rad of pitch: the prediction ends before it means nothing
+constexpr double kMostSteps = 1000.0;  // of one prediction, however far the clock has jumped
 
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
@@ -42,9 +43,9 @@ OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
 Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (finished_) throw InvalidArgument("sample", sample.time_s, "the mission is finished");
   const Arrival arrival = window_.put(sample);
-  ++arrivals_[static_cast<std::size_t>(arrival)];
   if (log_) tell_of_arrival(arrival, sample);
   while (const NavigationTick* const due = window_.take()) step(*due);
+  ++arrivals_[static_cast<std::size_t>(arrival)];  // what throws before is not counted among them
   return arrival;
 }
 
@@ -98,11 +99,13 @@ void OnlineSurvey::close(TickResult& finished) {
 
 void OnlineSurvey::count(const JoinReport& report) {
   for (const LoopAttempt& loop : report.loops) {
-    loop_closures_ += loop.accepted ? 1 : 0;
-    if (!loop.accepted) {
-      tell(NoteKind::kClosure,
-           "closure of map " + std::to_string(loop.from) + " with map " + std::to_string(loop.to) + " refused: " + loop.reason);
+    if (loop.accepted) {
+      ++loop_closures_;
+      continue;
     }
+    if (loop.revised) --loop_closures_;
+    tell(NoteKind::kClosure, "closure of map " + std::to_string(loop.from) + " with map " + std::to_string(loop.to) +
+                                 (loop.revised ? " taken back: " : " refused: ") + loop.reason);
   }
   for (const FixAttempt& fix : report.fixes) {
     (fix.accepted ? fixes_used_ : fixes_refused_) += 1;
@@ -169,11 +172,14 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
   VehicleMatrix P = builder_.filter().vehicle_covariance();
   double time_s = builder_.time_s();
   std::optional<Eigen::Vector3d> rates = builder_.gyro_rad_s();
+  double rates_s = time_s;
   const auto predict_to = [&](double until_s) {
     ConstantVelocityConfig motion = config_.slam.local.motion;
-    if (motion.drive == RotationDrive::kGyro && !rates) motion.drive = RotationDrive::kConstantAttitude;
+    const bool gyro_speaks = rates && until_s - rates_s <= kGyroHolds * motion.gyro_step_s;
+    if (motion.drive == RotationDrive::kGyro && !gyro_speaks) motion.drive = RotationDrive::kConstantAttitude;
+    const double step_s = std::max(config_.slam.local.max_step_s, (until_s - time_s) / kMostSteps);
     while (time_s < until_s && std::abs(x(VehicleLayout::kAttitude + 1)) < kSteepest) {
-      const double dt = std::min(until_s - time_s, config_.slam.local.max_step_s);
+      const double dt = std::min(until_s - time_s, step_s);
       const VehiclePrediction ahead = predict_constant_velocity(x, rates.value_or(Eigen::Vector3d::Zero()), dt, motion);
       x = ahead.state;
       P = (ahead.F * P * ahead.F.transpose() + ahead.Q).eval();
@@ -185,7 +191,9 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
     predict_to(sample_s);
     const bool is_believed = waiting.gyro_rad_s && waiting.gyro_rad_s->cwiseAbs().maxCoeff() <= config_.slam.guard.max_turn_rate_rad_s &&
                              guard_.fault(NavigationSensor::kGyro) == SampleFault::kNone;
-    if (is_believed) rates = waiting.gyro_rad_s;
+    if (!is_believed) continue;
+    rates = waiting.gyro_rad_s;
+    rates_s = sample_s;
   }
   return vehicle_in_world(global_T_base_, x, P.topLeftCorner<6, 6>(), time_s);
 }
@@ -238,7 +246,7 @@ void OnlineSurvey::finish() {
     count(joiner_.take(std::move(*last)));
     ++submaps_;
   }
-  if (!joiner_.maps().empty()) joiner_.finish();
+  if (!joiner_.maps().empty()) count(joiner_.finish());
 }
 
 /// What the maps say is asked of them when the background rests.
@@ -274,7 +282,7 @@ void OnlineSurvey::read(Archive& a) {
   a("joining", joining);
   archive_joiner(a, joining);
   a.end();
-  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size()) {
+  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size() || (!finished_ && submaps_ != builder_.index())) {
     throw InvalidArgument("submaps", submaps_, "must be those of the joiner");
   }
   if (joining) background_.start([] {});  // done, and to be taken over
@@ -328,7 +336,7 @@ std::unique_ptr<OnlineSurvey> OnlineSurvey::restored(const OnlineSurveyConfig& c
     survey->read(a);
   } catch (const FileError&) {
     throw;
-  } catch (const Error& problem) {
+  } catch (const std::exception& problem) {
     throw FileError(source, 0, std::string("holds a state that cannot be: ") + problem.what());
   }
   return survey;

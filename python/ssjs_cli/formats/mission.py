@@ -16,7 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.atomic import holds_only
 from ssjs_cli.formats.file_digest import file_digest
-from ssjs_cli.formats.navigation import NAVIGATION_FILES, POSITION_FIXES_FILE, UnderwaterNavigation, read_navigation, write_navigation
+from ssjs_cli.formats.navigation import (
+    NAVIGATION_FILES,
+    POSITION_FIXES_FILE,
+    UnderwaterNavigation,
+    outline_navigation,
+    read_navigation,
+    write_navigation,
+)
 from ssjs_cli.formats.number_table import (
     EXACT,
     TEXT,
@@ -314,6 +321,21 @@ def read_mission(path: Path) -> Mission:
     )
 
 
+def read_mission_outline(path: Path) -> Mission:
+    """What the settings of its run follow from: the description and which sensors there are, none of their records. What is wrong in the
+    records is found by who reads them."""
+    directory = mission_directory(path)
+    document = read_mission_document(directory / MISSION_FILE)
+    navigation = outline_navigation(directory)
+    odometry = None
+    if navigation is None or holds_file(directory / ODOMETRY_FILE):
+        kind = _odometry_kind(directory / ODOMETRY_FILE, _odometry_header(directory / ODOMETRY_FILE))
+        odometry = Odometry(kind, np.zeros((0, len(ODOMETRY_COLUMNS[kind]))))
+    elif document.geodetic is not None:
+        _require_north_east(document.geodetic, directory / MISSION_FILE)
+    return Mission(document.mission.name, odometry=odometry, navigation=navigation, settings=document.settings, geodetic=document.geodetic)
+
+
 def is_underwater(directory: Path) -> bool:
     """Whether the files of a mission are those of an underwater vehicle: its own sensors, and no odometry."""
     return not holds_file(directory / ODOMETRY_FILE) and any(holds_file(directory / name) for name in NAVIGATION_FILES)
@@ -388,12 +410,15 @@ def read_reference(directory: Path, description: ReferenceDescription) -> Refere
     )
 
 
-def _read_odometry(path: Path) -> Odometry:
+def _odometry_header(path: Path) -> list[str]:
     if not holds_file(path):
         choices = " or ".join(",".join(columns) for columns in ODOMETRY_COLUMNS.values())
         raise UserError(f"{path}: is missing; a mission needs its odometry, with the columns {choices}")
-    header = read_header(path)
-    kind = _odometry_kind(path, header)
+    return read_header(path)
+
+
+def _read_odometry(path: Path) -> Odometry:
+    kind = _odometry_kind(path, _odometry_header(path))
     table = read_table(path, required=ODOMETRY_COLUMNS[kind])
     if table.rows == 0:
         raise UserError(f"{path}: the mission is empty: there is no line after the header; give at least one odometry record")

@@ -19,6 +19,7 @@ from ssjs_cli.formats.number_table import (
     IntArray,
     NumberTable,
     holds_file,
+    read_header,
     read_table,
     require_times_in_order,
     write_table,
@@ -84,20 +85,35 @@ class UnderwaterNavigation:
     fixes: PositionFixes | None = None
 
 
-def read_navigation(directory: Path) -> UnderwaterNavigation | None:
-    """None where the mission holds none of the files. Attitude must be there with any of the others."""
+def _present_files(directory: Path) -> list[str]:
+    """Attitude must be there with any of the others."""
     present = [name for name in NAVIGATION_FILES if holds_file(directory / name)]
-    if not present:
-        return None
-    if IMU_FILE not in present:
+    if present and IMU_FILE not in present:
         columns = ",".join(("time_s", *ANGLE_COLUMNS))
         raise UserError(f"{directory / IMU_FILE}: is missing beside {present[0]}; give the attitude with the columns {columns}")
+    return present
+
+
+def read_navigation(directory: Path) -> UnderwaterNavigation | None:
+    """None where the mission holds none of the files."""
+    present = _present_files(directory)
+    if not present:
+        return None
     return UnderwaterNavigation(
         attitude=_read_attitude(directory / IMU_FILE),
         velocity=_read_velocity(directory / DVL_FILE) if DVL_FILE in present else None,
         depth=_read_scalars(directory / DEPTH_FILE, "depth_m") if DEPTH_FILE in present else None,
         altitude=_read_scalars(directory / ALTITUDE_FILE, "altitude_m") if ALTITUDE_FILE in present else None,
     )
+
+
+def outline_navigation(directory: Path) -> UnderwaterNavigation | None:
+    """The attitude without its records: only whether there is a gyro."""
+    if not _present_files(directory):
+        return None
+    has_gyro = set(TURN_RATE_COLUMNS) <= set(read_header(directory / IMU_FILE))
+    nothing = np.zeros((0, 3))
+    return UnderwaterNavigation(Attitude(np.zeros(0), nothing, nothing if has_gyro else None))
 
 
 def _read_attitude(path: Path) -> Attitude:

@@ -37,6 +37,7 @@ TEST(Estimator, APlainStepTakesNothingFromTheHeap) {
     }
     ++plain;
     taken += by_this;
+    EXPECT_EQ(by_this, 0) << "at " << sample.time_s << " s";
   };
   for (const NavigationTick& tick : survey.ticks) {
     const double t = tick.time_s;
@@ -60,7 +61,7 @@ TEST(Estimator, APlainStepTakesNothingFromTheHeap) {
   }
   EXPECT_GT(estimator.status().submaps, 15);
   EXPECT_GT(sighted, 100);
-  EXPECT_GT(plain, 30000);
+  EXPECT_GT(plain, 15000);
   EXPECT_GT(others, 0);  // the counter counts
   EXPECT_EQ(taken, 0);
 }

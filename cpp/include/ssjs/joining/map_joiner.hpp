@@ -23,6 +23,8 @@ struct LoopAttempt {
   std::optional<double> chi_squared;
   int dof = 0;
   double sigma_m = 0.0;  ///< uncertainty of the pairing before the decision
+  std::string source{};  ///< who proposed it; empty: the joiner's own pairing
+  bool revised = false;  ///< an earlier decision about this closure is taken back
 
   void archive(Archive& a) {
     a("time_s", time_s);
@@ -35,6 +37,8 @@ struct LoopAttempt {
     a("chi_squared", chi_squared);
     a("dof", dof);
     a("sigma_m", sigma_m);
+    a("source", source);
+    a("revised", revised);
   }
 };
 

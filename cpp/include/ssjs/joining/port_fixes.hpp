@@ -36,17 +36,21 @@ class PortFixes {
   /// found wrong, the map that ends at the first of the refused fixes is loosened (P-33).
   FixAttempt take(const BaseFix& fix, int base, PortLevel& level, std::deque<PortMap>& maps);
 
+  /// All that were used, into a level that is made anew and knows their bases.
+  void put_into(PortLevel& level) const;
+
  private:
+  void use(const FixFactor& fix, PortLevel& level);
   [[nodiscard]] bool agrees_with_suspects(const FixFactor& fix, const PortLevel& level) const;
   void relocate(PortLevel& level, std::deque<PortMap>& maps);
 
   FixConfig config_;
-  bool anchored_ = false;            ///< a fix was used: the world is that of the fixes
+  std::vector<FixFactor> used_;      ///< with the first one the world is that of the fixes
   std::vector<FixFactor> suspects_;  ///< refused, the last ones in a row, in agreement with each other
 
  public:
   void archive(Archive& a) {
-    a("anchored", anchored_);
+    a("used", used_);
     a("suspects", suspects_);
   }
 };

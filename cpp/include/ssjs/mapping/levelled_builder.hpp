@@ -20,6 +20,9 @@
 
 namespace ssjs {
 
+/// In gyro_step_s: a gyro that is silent for longer says nothing of the turn.
+inline constexpr double kGyroHolds = 20.0;
+
 enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro };
 inline constexpr std::size_t kNavigationSensors = 8;
 
@@ -178,6 +181,7 @@ class LevelledBuilder {
     a("mean_last_s", mean_last_s_);
     a.require(!started_ || filter_.landmarks() == static_cast<Eigen::Index>(landmarks_.size()),
               "has another number of landmarks in its filter than beside it");
+    a.require(!started_ || journal_.fits(filter_), "remembers what its filter cannot have done");
     for (const Seen& seen : seen_) {
       a.require(seen.landmark >= 0 && seen.landmark < static_cast<Eigen::Index>(landmarks_.size()), "saw a landmark that is not there");
     }

@@ -71,6 +71,8 @@ class LevelledRecord {
  public:
   /// What was not forgotten; reads into an empty record.
   void archive(Archive& a);
+  /// Whether a filter that has `size` entries by now can have done this.
+  [[nodiscard]] bool fits(Eigen::Index size) const;
 
  private:
   void archive_entry(Archive& a, Entry& entry);

@@ -58,6 +58,7 @@ struct LevelledStep {
 ///   t = (x m, y m, heading rad) of the vehicle when the map ended: base_T_next_base
 ///   c (kConstant) or c_s, c_e (kBorders), rad in [-pi, pi)
 ///   landmarks, 3 each: x, y in the base frame, z absolute depth, m
+///   in a map that was joined: poses of other bases that loop closures claimed, 3 each as t (docs/math/closures.md C-10)
 struct LevelledSubmap {
   int index = 0;
   double start_time_s = 0.0;
@@ -100,8 +101,12 @@ struct LevelledSubmap {
     a("steps", steps);
     a("start_fix", start_fix);
     a("exit_fix", exit_fix);
-    a.require(mean.size() == landmark_offset(landmark_count()) && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
+    const Eigen::Index further = mean.size() - landmark_offset(landmark_count());
+    a.require(further >= 0 && further % 3 == 0 && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
               "has a mean, a covariance and landmarks that do not fit each other");
+    for (const LevelledStep& step : steps) {
+      a.require(step.gain.cols() >= 3 && step.gain.cols() <= mean.size(), "has a step with a gain of the wrong shape");
+    }
     a.require(seen_s.empty() || seen_s.size() == landmarks.size(), "has sighting times of more or fewer landmarks than it has");
   }
 };

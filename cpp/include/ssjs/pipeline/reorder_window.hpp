@@ -96,6 +96,7 @@ class ReorderWindow {
     a("heard_kinds", heard_kinds_);
     a("first_late_s", first_late_s_);
     a("last_late_s", last_late_s_);
+    for (const auto& [time_s, tick] : waiting_) a.require(time_s == tick.time_s, "holds a sample at another time than its own");
     a.require(waiting_.empty() || newest_s_.has_value(), "holds samples but no newest one");
   }
 };
