@@ -222,6 +222,7 @@ void PortJoiner::rebuild() {
       if (!joined.empty()) tie(observer, joined);
     }
   }
+  fixes_.put_into(*level_);
   level_->adjust();
   PortReach anew;  // what was known of a base when its map came may have been known too well
   for (const PortMap& map : maps_) anew.add(reach_.extent(map.base()), *level_);
