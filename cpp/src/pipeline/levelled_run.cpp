@@ -41,6 +41,8 @@ void take(LevelledResult& result, const JoinReport& join) {
     if (loop.accepted) {
       ++result.loop_closures;
       count(result, loop, loop.chi_squared.value_or(0.0));
+    } else if (loop.revised) {
+      --result.loop_closures;
     }
     result.loops.push_back(loop);
   }
