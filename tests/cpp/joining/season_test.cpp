@@ -138,7 +138,7 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-TEST(Season, P24_P26_TwentySeasonsAreMergedRightAndConsistently) {
+TEST(Season, W1_W3_TwentySeasonsAreMergedRightAndConsistently) {
   Score score;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
@@ -164,7 +164,7 @@ TEST(Season, P24_P26_TwentySeasonsAreMergedRightAndConsistently) {
   EXPECT_LT(mean_of(score.frame_error_m), 0.7 * mean_of(score.origin_error_m));
 }
 
-TEST(Season, P25_MissionsThatCannotOverlapDoNotMeet) {
+TEST(Season, W2_MissionsThatCannotOverlapDoNotMeet) {
   Rng rng(7);
   Sea sea;
   sea.missions = 3;
@@ -183,7 +183,7 @@ TEST(Season, P25_MissionsThatCannotOverlapDoNotMeet) {
   }
 }
 
-TEST(Season, P24_AMissionAloneStaysWhereItsOriginSays) {
+TEST(Season, W1_AMissionAloneStaysWhereItsOriginSays) {
   Rng rng(3);
   Sea sea;
   sea.missions = 1;
@@ -203,7 +203,7 @@ TEST(Season, P24_AMissionAloneStaysWhereItsOriginSays) {
   }
 }
 
-TEST(Season, P27_AMissionIsInAContactOnceAtMost) {
+TEST(Season, W4_AMissionIsInAContactOnceAtMost) {
   Rng rng(5);
   Sea sea;
   sea.objects = 300;  // neighbours 14 m apart, frames 3 m unsure
@@ -240,7 +240,7 @@ std::pair<int, int> merged_by_chance(const SeasonConfig& config) {
   return {contacts, seasons};
 }
 
-TEST(Season, P28_ForeignLandmarksAreNotAligned) {
+TEST(Season, W5_ForeignLandmarksAreNotAligned) {
   SeasonConfig anything;
   anything.max_chance_alignments = 1e9;
   EXPECT_GT(merged_by_chance(anything).second, 20);  // joint compatibility and the odds of single pairs find something nearly always
@@ -249,7 +249,7 @@ TEST(Season, P28_ForeignLandmarksAreNotAligned) {
   EXPECT_LE(seasons, 2);
 }
 
-TEST(Season, P28_BinomialTail) {
+TEST(Season, W5_BinomialTail) {
   EXPECT_NEAR(binomial_tail(5, 0.5, 4), 6.0 / 32.0, 1e-12);
   EXPECT_NEAR(binomial_tail(3, 0.1, 1), 1.0 - 0.729, 1e-12);
   EXPECT_EQ(binomial_tail(3, 0.1, 0), 1.0);
