@@ -10,6 +10,7 @@
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/joining/batch_ports.hpp"
+#include "ssjs/joining/chance_alignment.hpp"
 #include "ssjs/joining/recursive_ports.hpp"
 
 namespace ssjs {
@@ -62,6 +63,7 @@ PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
       association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
       level_(make_level(config)),
+      fixes_(config.fixes),
       guard_(config.closures) {
   if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
     throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
@@ -139,7 +141,7 @@ void PortJoiner::attach(PortMap& map) {
   put(map, fresh);
 }
 
-void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
+void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments) {
   if (!maps_.empty()) throw InvalidArgument("stand_on", "late call", "comes before every map");
   const auto n = static_cast<Eigen::Index>(world_T_base.size());
   LevelledSubmap datum;
@@ -152,11 +154,11 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
     datum.covariance.block<3, 3>(3 * k, 3 * k) = base.covariance;
     bases.push_back({3 * k, {UnknownKind::kBase, static_cast<int>(k) + 1}});
   }
-  bases_are_given_ = true;
+  max_chance_alignments_ = max_chance_alignments;
   compass_goes_on_.push_back(true);
   drift_variance_.push_back(0.0);
   maps_.push_back({std::move(datum), {}});
-  level_->introduce(maps_.back(), bases);  // (P-24)
+  level_->introduce(maps_.back(), bases);  // (W-1)
   put(maps_.back(), bases);
   level_->settle();
   reach_.add({}, *level_);
@@ -182,9 +184,9 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   const MapExtent extent = extent_of(submap);
   maps_.push_back({std::move(submap), {}});
   drift_variance_.push_back(drift_variance);
-  compass_goes_on_.push_back(bases_are_given_ || offset_goes_on(maps_.back()));
+  compass_goes_on_.push_back(max_chance_alignments_.has_value() || offset_goes_on(maps_.back()));
   compass_jumps_ += compass_goes_on_.back() ? 0 : 1;
-  if (!bases_are_given_) {
+  if (!max_chance_alignments_) {
     attach(maps_.back());
     guard_.append(maps_.back().submap, compass_goes_on_.back(), drift_variance);
   }
@@ -192,6 +194,11 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   reach_.add(extent, *level_);
 
   JoinReport report;
+  const auto fix = [&](const std::optional<BaseFix>& base_fix, int base) {
+    if (base_fix) report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));
+  };
+  fix(maps_.back().submap.start_fix, newest);
+  fix(maps_.back().submap.exit_fix, newest + 1);
   if (config_.association == AssociationMethod::kKnown) {
     LoopAttempt all;
     const std::vector<Match> matches = standing(newest, match_by_identity(newest), all);
@@ -273,8 +280,15 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
     }
   }
   report.candidates = static_cast<int>(others.size());
-  const SightingPairs found = associate_sightings(observed, predicted, *level_, density_around(observer, predicted), association_);
+  const double density_per_m2 = density_around(observer, predicted);
+  SightingPairs found = associate_sightings(observed, predicted, *level_, density_per_m2, association_);
   report.budget_exhausted = found.budget_exhausted;
+  if (max_chance_alignments_ && map.ports.empty() &&
+      expected_chance_alignments(observed, predicted, found.pairs, *level_, density_per_m2, config_.gate_probability) >
+          *max_chance_alignments_) {  // (W-5)
+    found.refused += static_cast<int>(found.pairs.size());
+    found.pairs.clear();
+  }
   if (found.pairs.empty() && found.refused == 0) return report;
 
   std::vector<Match> matches;
@@ -411,6 +425,7 @@ void PortJoiner::archive(Archive& a) {
   CompassPorts compass = compass_.value_or(CompassPorts::kNone);
   a("level", *level_);
   a("maps", maps_);
+  a("fixes", fixes_);
   a("reach", reach_);
   a("first_seen", first_seen);
   a("has_compass", has_compass);
