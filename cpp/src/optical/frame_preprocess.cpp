@@ -11,11 +11,17 @@ namespace ssjs {
 namespace {
 
 constexpr double kNoContrast = 1.0;  // added to the local standard deviation: a flat patch is not blown up into its noise
+constexpr double kNoLight = 1.0;     // added to the local mean: nor is a dark one
 
 void check_frame(const cv::Mat& frame) {
   if (!frame.empty() && frame.depth() == CV_8U && (frame.channels() == 1 || frame.channels() == 3)) return;
   throw InvalidArgument("frame", frame.empty() ? "empty" : "type " + std::to_string(frame.type()),
                         "must have 8 bits and one or three channels");
+}
+
+void check_one_channel(const cv::Mat& grey) {
+  check_frame(grey);
+  if (grey.channels() != 1) throw InvalidArgument("grey", "three channels", "choose one with frame_channel()");
 }
 
 double level_sigma(const cv::Mat& channel) {
@@ -53,9 +59,21 @@ cv::Mat frame_channel(const cv::Mat& frame, FrameChannel channel) {
                            [](const cv::Mat& a, const cv::Mat& b) { return level_sigma(a) < level_sigma(b); });
 }
 
+cv::Mat evenly_bright(const cv::Mat& grey, const FrameConfig& config) {
+  check_one_channel(grey);
+  cv::Mat levels, bright, even;
+  grey.convertTo(levels, CV_32F);
+  const cv::Mat light = smoothed(levels, config.light_scale * grey.cols) + kNoLight;
+  cv::divide(levels - light, light, bright);
+  cv::Scalar mean, sigma;
+  cv::meanStdDev(bright, mean, sigma);
+  const double gain = sigma[0] > 0.0 ? config.level_sigma / sigma[0] : 0.0;
+  bright.convertTo(even, CV_8U, gain, config.mean_level - gain * mean[0]);  // (V-7)
+  return even;
+}
+
 cv::Mat evenly_lit(const cv::Mat& grey, const FrameConfig& config) {
-  check_frame(grey);
-  if (grey.channels() != 1) throw InvalidArgument("grey", "three channels", "choose one with frame_channel()");
+  check_one_channel(grey);
   const double sigma_px = config.light_scale * grey.cols;
   cv::Mat levels, deviation, squares, lit;
   grey.convertTo(levels, CV_32F);

@@ -72,7 +72,7 @@ cv::Matx33d matrix_of(const Similarity& motion) {
   return {c, -s, motion.shift_px.x, s, c, motion.shift_px.y, 0, 0, 1};
 }
 
-/// Direct linear transform on coordinates brought to mean 0 and mean length sqrt(2). [hartley2003] 4.4 (V-13)
+/// Direct linear transform on coordinates brought to mean 0 and mean length sqrt(2). [hartley2003] 4.4 (V-14)
 std::optional<cv::Matx33d> fit_homography(const Pairs& pairs) {
   const auto normalising = [](const std::vector<cv::Point2d>& points) {
     cv::Point2d mean;
@@ -119,7 +119,7 @@ std::vector<KeypointMatch> match_descriptors(const Keypoints& first, const Keypo
   for (int i = 0; i < a.rows; ++i) {
     const Nearest& there = of_first[static_cast<std::size_t>(i)];
     const Nearest& back = of_second[static_cast<std::size_t>(there.index)];
-    if (back.index == i && is_clear(there) && is_clear(back)) matches.push_back({i, there.index, std::sqrt(there.distance)});  // (V-11)
+    if (back.index == i && is_clear(there) && is_clear(back)) matches.push_back({i, there.index, std::sqrt(there.distance)});  // (V-12)
   }
   return matches;
 }
@@ -164,7 +164,7 @@ std::optional<Registration> register_frames(const Keypoints& first, const Keypoi
 
   std::vector<std::size_t> best;
   double trials = config.max_trials;
-  for (int trial = 0; trial < trials; ++trial) {  // (V-12)
+  for (int trial = 0; trial < trials; ++trial) {  // (V-13)
     const auto i = static_cast<std::size_t>(rng.below(n));
     auto j = static_cast<std::size_t>(rng.below(n - 1));
     if (j >= i) ++j;

@@ -54,16 +54,16 @@ double median_length(const cv::Mat& dx, const cv::Mat& dy) {
 
 }  // namespace
 
-cv::Mat edge_regions(const cv::Mat& lit, const RegionOfInterestConfig& config) {
-  if (lit.empty() || lit.type() != CV_8U)
-    throw InvalidArgument("lit", lit.empty() ? "empty" : "another type", "must be CV_8U with one channel");
+cv::Mat edge_regions(const cv::Mat& bright, const RegionOfInterestConfig& config) {
+  if (bright.empty() || bright.type() != CV_8U)
+    throw InvalidArgument("bright", bright.empty() ? "empty" : "another type", "must be CV_8U with one channel");
   cv::Mat smooth, dx, dy, edges, joined;
-  cv::GaussianBlur(lit, smooth, cv::Size(), config.smoothing * lit.cols);
+  cv::GaussianBlur(bright, smooth, cv::Size(), config.smoothing * bright.cols);
   cv::Sobel(smooth, dx, CV_16S, 1, 0);
   cv::Sobel(smooth, dy, CV_16S, 0, 1);
   const double high = config.edge_sigmas * median_length(dx, dy) / kMedianOfRayleigh;
   cv::Canny(dx, dy, edges, kLowOfHigh * high, high, true);
-  const cv::Mat element = square(reach_px(lit, config.joining));
+  const cv::Mat element = square(reach_px(bright, config.joining));
   cv::morphologyEx(edges, joined, cv::MORPH_CLOSE, element);
   cv::morphologyEx(fill_holes(joined), joined, cv::MORPH_OPEN, square(1));  // edges that enclose nothing are no region
   return significant(joined, config);
@@ -71,7 +71,7 @@ cv::Mat edge_regions(const cv::Mat& lit, const RegionOfInterestConfig& config) {
 
 cv::Mat hue_regions(const cv::Mat& colour, const RegionOfInterestConfig& config) {
   if (colour.type() != CV_8UC3) throw InvalidArgument("colour", "another type", "must be CV_8U with the channels red, green, blue");
-  // Hue as a direction, as long as the colour is saturated: the blur has no seam at red, and grey has no say. (V-8)
+  // Hue as a direction, as long as the colour is saturated: the blur has no seam at red, and grey has no say. (V-9)
   cv::Mat cosine(colour.size(), CV_32F), sine(colour.size(), CV_32F);
   double saturation = 0.0;
   for (int r = 0; r < colour.rows; ++r) {
@@ -99,13 +99,13 @@ cv::Mat hue_regions(const cv::Mat& colour, const RegionOfInterestConfig& config)
   return significant(unlike, config);
 }
 
-RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& lit, const RegionOfInterestConfig& config) {
-  if (frame.size() != lit.size()) throw InvalidArgument("lit", lit.cols, "must be as large as the frame");
+RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& bright, const RegionOfInterestConfig& config) {
+  if (frame.size() != bright.size()) throw InvalidArgument("bright", bright.cols, "must be as large as the frame");
   RegionsOfInterest found;
-  found.edge_mask = edge_regions(lit, config);
+  found.edge_mask = edge_regions(bright, config);
   if (frame.channels() == 3) found.hue_mask = hue_regions(frame, config);
-  found.mask = found.hue_mask.empty() ? found.edge_mask : significant(found.edge_mask & found.hue_mask, config);  // (V-9)
-  found.regions = find_regions(found.mask, lit).regions;
+  found.mask = found.hue_mask.empty() ? found.edge_mask : significant(found.edge_mask & found.hue_mask, config);  // (V-10)
+  found.regions = find_regions(found.mask, bright).regions;
   return found;
 }
 

@@ -8,7 +8,7 @@
 namespace ssjs {
 namespace {
 
-TEST(KeypointsTest, V10_ABlobIsFoundWhereItIs) {
+TEST(KeypointsTest, V11_ABlobIsFoundWhereItIs) {
   cv::Mat picture(200, 260, CV_8U, cv::Scalar(100));
   cv::circle(picture, {120, 90}, 5, cv::Scalar(200), cv::FILLED, cv::LINE_AA);
   const Keypoints found = find_keypoints(picture, {}, {});

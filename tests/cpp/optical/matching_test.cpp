@@ -17,7 +17,7 @@ Keypoints keypoints_of(const cv::Mat& view, KeypointKind kind = KeypointKind::kS
   return find_keypoints(evenly_lit(view, {}), {}, config);
 }
 
-TEST(MatchingTest, V12_ASimilarityThroughItsPoints) {
+TEST(MatchingTest, V13_ASimilarityThroughItsPoints) {
   const Similarity motion{1.25, 2.8, {12.0, -7.0}};
   const std::vector<cv::Point2d> first{{0, 0}, {10, 0}, {3, 8}, {-4, 5}};
   std::vector<cv::Point2d> second;
@@ -30,7 +30,7 @@ TEST(MatchingTest, V12_ASimilarityThroughItsPoints) {
   EXPECT_THROW((void)fit_similarity({{1, 1}}, {{1, 1}}), InvalidArgument);
 }
 
-TEST(MatchingTest, V11_OnlyClearMutualMatches) {
+TEST(MatchingTest, V12_OnlyClearMutualMatches) {
   Keypoints a, b;
   a.points.resize(3);
   b.points.resize(3);

@@ -36,10 +36,10 @@ cv::Mat scene(bool has_rock, bool has_hue) {
 }
 
 RegionsOfInterest found_in(const cv::Mat& frame) {
-  return regions_of_interest(frame, evenly_lit(frame_channel(frame, FrameChannel::kGrey), {}), {});
+  return regions_of_interest(frame, evenly_bright(frame_channel(frame, FrameChannel::kGrey), {}), {});
 }
 
-TEST(RegionOfInterestTest, V9_ARockOfAnotherHueIsOneRegion) {
+TEST(RegionOfInterestTest, V10_ARockOfAnotherHueIsOneRegion) {
   const RegionsOfInterest found = found_in(scene(true, true));
   ASSERT_EQ(found.regions.size(), 1U);
   const cv::Rect box = found.regions[0].bounding_box;
@@ -52,7 +52,7 @@ TEST(RegionOfInterestTest, BareSandHasNone) {
   EXPECT_TRUE(found.regions.empty());
 }
 
-TEST(RegionOfInterestTest, V8_AHueOnEitherSideOfTheSeam) {
+TEST(RegionOfInterestTest, V9_AHueOnEitherSideOfTheSeam) {
   // mean hue 0 (red): 350 and 10 degrees are alike, 180 is not
   cv::Mat frame(100, 100, CV_8UC3, cv::Scalar(200, 0, 33));
   frame.colRange(0, 50).setTo(cv::Scalar(200, 33, 0));
@@ -65,15 +65,15 @@ TEST(RegionOfInterestTest, V8_AHueOnEitherSideOfTheSeam) {
 TEST(RegionOfInterestTest, AGreyFrameIsLeftToTheEdges) {
   cv::Mat grey;
   cv::cvtColor(scene(true, false), grey, cv::COLOR_RGB2GRAY);
-  const RegionsOfInterest found = regions_of_interest(grey, evenly_lit(grey, {}), {});
+  const RegionsOfInterest found = regions_of_interest(grey, evenly_bright(grey, {}), {});
   EXPECT_TRUE(found.hue_mask.empty());
   ASSERT_EQ(found.regions.size(), 1U);
   cv::Mat three;
   cv::cvtColor(grey, three, cv::COLOR_GRAY2RGB);
-  EXPECT_TRUE(regions_of_interest(three, evenly_lit(grey, {}), {}).hue_mask.empty());  // three equal channels have no hue either
+  EXPECT_TRUE(regions_of_interest(three, evenly_bright(grey, {}), {}).hue_mask.empty());  // three equal channels have no hue either
 }
 
-TEST(RegionOfInterestTest, V7_EdgesThatEncloseNothingAreNone) {
+TEST(RegionOfInterestTest, V8_EdgesThatEncloseNothingAreNone) {
   cv::Mat picture(240, 320, CV_8U, cv::Scalar(100));
   cv::line(picture, {20, 120}, {300, 125}, cv::Scalar(220), 1);
   RegionOfInterestConfig config;

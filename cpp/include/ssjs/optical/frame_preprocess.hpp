@@ -42,6 +42,10 @@ struct FrameConfig {
 /// Mean and contrast around every pixel taken out: what is left is the same wherever the lamps point. CV_8U in and out. (V-6)
 [[nodiscard]] cv::Mat evenly_lit(const cv::Mat& grey, const FrameConfig& config);
 
+/// The mean around every pixel divided out, contrast left as it is: the grain of bare sand is the same beside a rock as far from it. CV_8U
+/// in and out. (V-7)
+[[nodiscard]] cv::Mat evenly_bright(const cv::Mat& grey, const FrameConfig& config);
+
 /// What makes a frame worth nothing to a matcher.
 struct FrameQuality {
   double mean_level = 0.0;   ///< of 255, as taken

@@ -1,4 +1,4 @@
-/// Keypoints of a frame with their descriptors: SURF [bay2008], SIFT [lowe2004] or ORB [rublee2011]. docs/math/optical.md (V-10)
+/// Keypoints of a frame with their descriptors: SURF [bay2008], SIFT [lowe2004] or ORB [rublee2011]. docs/math/optical.md (V-11)
 #pragma once
 
 #include <opencv2/core.hpp>

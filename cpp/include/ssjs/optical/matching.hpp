@@ -1,4 +1,4 @@
-/// The same keypoints in two frames, and the motion in the picture that they agree on. docs/math/optical.md (V-11..V-13)
+/// The same keypoints in two frames, and the motion in the picture that they agree on. docs/math/optical.md (V-12..V-14)
 #pragma once
 
 #include <cstdint>
@@ -35,10 +35,10 @@ struct KeypointMatch {
   double distance;
 };
 
-/// Each is the other's nearest, and clearly nearer than the next one from either side. In the order of `first`. (V-11)
+/// Each is the other's nearest, and clearly nearer than the next one from either side. In the order of `first`. (V-12)
 [[nodiscard]] std::vector<KeypointMatch> match_descriptors(const Keypoints& first, const Keypoints& second, double ratio);
 
-/// second_p = scale R(angle) first_p + shift: how a level seabed moves under a camera that looks straight down. (V-12)
+/// second_p = scale R(angle) first_p + shift: how a level seabed moves under a camera that looks straight down. (V-13)
 struct Similarity {
   double scale = 1.0;
   double angle_rad = 0.0;
@@ -48,13 +48,13 @@ struct Similarity {
 
 struct Registration {
   Similarity second_T_first;
-  cv::Matx33d second_H_first;          ///< best fitting homography where the inliers carry one, else the similarity (V-13)
+  cv::Matx33d second_H_first;          ///< best fitting homography where the inliers carry one, else the similarity (V-14)
   std::vector<KeypointMatch> inliers;  ///< matches that agree
   double rms_px = 0.0;                 ///< of the inliers about the similarity
 };
 
 /// The motion that most matches agree on, refined over all of them; none when fewer than `least_inliers` do. The same input and seed give
-/// the same motion. (V-12), (V-13)
+/// the same motion. (V-13), (V-14)
 [[nodiscard]] std::optional<Registration> register_frames(const Keypoints& first, const Keypoints& second,
                                                           const std::vector<KeypointMatch>& matches, const MatchingConfig& config,
                                                           std::uint64_t seed = 1);

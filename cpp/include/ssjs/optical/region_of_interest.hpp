@@ -1,4 +1,4 @@
-/// Regions of interest: where a frame has edges, and a hue unlike the rest. Thesis 4.4.1, docs/math/optical.md (V-7..V-9)
+/// Regions of interest: where a frame has edges, and a hue unlike the rest. Thesis 4.4.1, docs/math/optical.md (V-8..V-10)
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -39,17 +39,17 @@ struct RegionOfInterestConfig {
 struct RegionsOfInterest {
   cv::Mat edge_mask;            ///< of the edge line
   cv::Mat hue_mask;             ///< of the hue line; empty where the frame has no hue
-  cv::Mat mask;                 ///< both (V-9)
-  std::vector<Region> regions;  ///< of `mask`, intensities those of the lit frame
+  cv::Mat mask;                 ///< both (V-10)
+  std::vector<Region> regions;  ///< of `mask`, intensities those of the bright frame
 };
 
-/// Strong structure, joined into regions. lit: CV_8U, one channel, evenly lit. (V-7)
-[[nodiscard]] cv::Mat edge_regions(const cv::Mat& lit, const RegionOfInterestConfig& config);
+/// Strong structure, joined into regions. bright: CV_8U, one channel, as evenly_bright() gives it. (V-8)
+[[nodiscard]] cv::Mat edge_regions(const cv::Mat& bright, const RegionOfInterestConfig& config);
 
-/// Hue unlike the mean hue of the frame. Empty where the colours are too grey to tell. colour: CV_8U, red, green, blue. (V-8)
+/// Hue unlike the mean hue of the frame. Empty where the colours are too grey to tell. colour: CV_8U, red, green, blue. (V-9)
 [[nodiscard]] cv::Mat hue_regions(const cv::Mat& colour, const RegionOfInterestConfig& config);
 
-/// frame: as taken (its lens corrected), one channel or three; lit: its channel, evenly lit, of the same size.
-[[nodiscard]] RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& lit, const RegionOfInterestConfig& config);
+/// frame: as taken (its lens corrected), one channel or three; bright: its channel, evenly bright.
+[[nodiscard]] RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& bright, const RegionOfInterestConfig& config);
 
 }  // namespace ssjs
