@@ -10,8 +10,9 @@
 namespace ssjs {
 namespace {
 
-constexpr double kNoContrast = 1.0;  // added to the local standard deviation: a flat patch is not blown up into its noise
-constexpr double kNoLight = 1.0;     // added to the local mean: nor is a dark one
+constexpr double kNoiseSigmaPx = 1.5;  // the noise of the sensor is sharp in every frame: it is smoothed before sharpness is looked for
+constexpr double kNoContrast = 1.0;    // added to the local standard deviation: a flat patch is not blown up into its noise
+constexpr double kNoLight = 1.0;       // added to the local mean: nor is a dark one
 
 void check_frame(const cv::Mat& frame) {
   if (!frame.empty() && frame.depth() == CV_8U && (frame.channels() == 1 || frame.channels() == 3)) return;
@@ -89,8 +90,10 @@ FrameQuality frame_quality(const cv::Mat& grey) {
   FrameQuality quality;
   quality.mean_level = cv::mean(grey)[0];
   quality.level_sigma = level_sigma(grey);
-  cv::Mat laplacian;
-  cv::Laplacian(grey, laplacian, CV_32F);
+  cv::Mat smooth, laplacian;
+  grey.convertTo(smooth, CV_32F);
+  cv::GaussianBlur(smooth, smooth, cv::Size(), kNoiseSigmaPx);
+  cv::Laplacian(smooth, laplacian, CV_32F);
   const double rough = level_sigma(laplacian);
   if (quality.level_sigma > 0.0) quality.sharpness = rough * rough / (quality.level_sigma * quality.level_sigma);
   return quality;

@@ -105,7 +105,7 @@ RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& brigh
   found.edge_mask = edge_regions(bright, config);
   if (frame.channels() == 3) found.hue_mask = hue_regions(frame, config);
   found.mask = found.hue_mask.empty() ? found.edge_mask : significant(found.edge_mask & found.hue_mask, config);  // (V-10)
-  found.regions = find_regions(found.mask, bright).regions;
+  found.labelled = find_regions(found.mask, bright);
   return found;
 }
 

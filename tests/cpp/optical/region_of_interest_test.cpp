@@ -41,15 +41,15 @@ RegionsOfInterest found_in(const cv::Mat& frame) {
 
 TEST(RegionOfInterestTest, V10_ARockOfAnotherHueIsOneRegion) {
   const RegionsOfInterest found = found_in(scene(true, true));
-  ASSERT_EQ(found.regions.size(), 1U);
-  const cv::Rect box = found.regions[0].bounding_box;
+  ASSERT_EQ(found.labelled.regions.size(), 1U);
+  const cv::Rect box = found.labelled.regions[0].bounding_box;
   EXPECT_GT((box & kRock).area(), 0.8 * kRock.area());
   EXPECT_LT(box.area(), 2.0 * kRock.area());
 }
 
 TEST(RegionOfInterestTest, BareSandHasNone) {
   const RegionsOfInterest found = found_in(scene(false, false));
-  EXPECT_TRUE(found.regions.empty());
+  EXPECT_TRUE(found.labelled.regions.empty());
 }
 
 TEST(RegionOfInterestTest, V9_AHueOnEitherSideOfTheSeam) {
@@ -67,7 +67,7 @@ TEST(RegionOfInterestTest, AGreyFrameIsLeftToTheEdges) {
   cv::cvtColor(scene(true, false), grey, cv::COLOR_RGB2GRAY);
   const RegionsOfInterest found = regions_of_interest(grey, evenly_bright(grey, {}), {});
   EXPECT_TRUE(found.hue_mask.empty());
-  ASSERT_EQ(found.regions.size(), 1U);
+  ASSERT_EQ(found.labelled.regions.size(), 1U);
   cv::Mat three;
   cv::cvtColor(grey, three, cv::COLOR_GRAY2RGB);
   EXPECT_TRUE(regions_of_interest(three, evenly_bright(grey, {}), {}).hue_mask.empty());  // three equal channels have no hue either

@@ -50,7 +50,7 @@ struct FrameConfig {
 struct FrameQuality {
   double mean_level = 0.0;   ///< of 255, as taken
   double level_sigma = 0.0;  ///< standard deviation of the levels as taken
-  double sharpness = 0.0;    ///< variance of the Laplacian over the variance of the levels: blur takes it away whatever the light
+  double sharpness = 0.0;    ///< variance of the Laplacian of the smoothed frame over that of its levels: blur takes it away
 };
 
 /// grey: CV_8U, one channel, as frame_channel() gives it.

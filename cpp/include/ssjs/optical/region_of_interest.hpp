@@ -2,7 +2,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/imaging/regions.hpp"
@@ -37,10 +36,10 @@ struct RegionOfInterestConfig {
 
 /// Masks are CV_8U, 255 where set, of the frame's size.
 struct RegionsOfInterest {
-  cv::Mat edge_mask;            ///< of the edge line
-  cv::Mat hue_mask;             ///< of the hue line; empty where the frame has no hue
-  cv::Mat mask;                 ///< both (V-10)
-  std::vector<Region> regions;  ///< of `mask`, intensities those of the bright frame
+  cv::Mat edge_mask;         ///< of the edge line
+  cv::Mat hue_mask;          ///< of the hue line; empty where the frame has no hue
+  cv::Mat mask;              ///< both (V-10)
+  LabelledRegions labelled;  ///< the components of `mask`, intensities those of the bright frame
 };
 
 /// Strong structure, joined into regions. bright: CV_8U, one channel, as evenly_bright() gives it. (V-8)
