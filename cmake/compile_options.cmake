@@ -13,6 +13,9 @@ function(ssjs_compile_options target)
     target_compile_options(${target} PRIVATE -fsanitize=${sanitizers} -fno-sanitize=null -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC $<BUILD_INTERFACE:-fsanitize=${sanitizers}>)
   endif()
+  if(SSJS_BUILD_FUZZERS AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link) # libFuzzer follows where its input leads
+  endif()
 endfunction()
 
 # Parsing Eigen takes half of the time of a typical source file. gcc refuses a precompiled header made with other flags

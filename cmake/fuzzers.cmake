@@ -1,18 +1,34 @@
-# ssjs_fuzz_sonar_log: the log readers with the address and the undefined-behaviour sanitizer, fed with damaged logs. clang brings libFuzzer,
-# which follows what the readers do with its input; other compilers take the plain mutation driver beside the target.
+# One fuzzer a parser, ssjs_fuzz_<name>, from tests/fuzz/<name>_fuzz.cpp. With SSJS_BUILD_FUZZERS and clang these are libFuzzer targets;
+# otherwise the plain mutation driver beside them feeds them. In every build with tests they replay, as ctest tests labelled "fuzz", the
+# inputs of tests/data/fuzz/<name> that once went wrong.
 
-file(GLOB ssjs_reader_sources CONFIGURE_DEPENDS "cpp/src/io/*.cpp")
-list(FILTER ssjs_reader_sources EXCLUDE REGEX "/event_log\\.cpp$") # no reader
-add_executable(ssjs_fuzz_sonar_log tests/fuzz/sonar_log_fuzz.cpp ${ssjs_reader_sources} cpp/src/base/error.cpp
-               cpp/src/features/navigation_tick.cpp)
-ssjs_compile_options(ssjs_fuzz_sonar_log)
-target_include_directories(ssjs_fuzz_sonar_log PRIVATE cpp/include)
-target_link_libraries(ssjs_fuzz_sonar_log PRIVATE Eigen3::Eigen)
-set(ssjs_fuzz_sanitizers address,undefined)
-if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  string(APPEND ssjs_fuzz_sanitizers ",fuzzer")
-else()
-  target_sources(ssjs_fuzz_sonar_log PRIVATE tests/fuzz/mutation_driver.cpp)
+# ssjs_fuzzer(NAME LIBRARY... [SOURCES FILE...])
+add_custom_target(ssjs_fuzzers)
+function(ssjs_fuzzer name)
+  cmake_parse_arguments(PARSE_ARGV 1 fuzzer "" "" "SOURCES")
+  set(target ssjs_fuzz_${name})
+  add_executable(${target} "${PROJECT_SOURCE_DIR}/tests/fuzz/${name}_fuzz.cpp" ${fuzzer_SOURCES})
+  ssjs_compile_options(${target})
+  target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/tests/fuzz")
+  target_link_libraries(${target} PRIVATE ${fuzzer_UNPARSED_ARGUMENTS})
+  if(SSJS_BUILD_FUZZERS AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    target_link_options(${target} PRIVATE -fsanitize=fuzzer)
+  else()
+    target_sources(${target} PRIVATE "${PROJECT_SOURCE_DIR}/tests/fuzz/mutation_driver.cpp")
+  endif()
+  add_dependencies(ssjs_fuzzers ${target})
+  set(inputs "${PROJECT_SOURCE_DIR}/tests/data/fuzz/${name}")
+  if(SSJS_BUILD_TESTS AND EXISTS "${inputs}")
+    add_test(NAME fuzz_inputs.${name} COMMAND ${target} "${inputs}" -runs=0)
+    set_tests_properties(fuzz_inputs.${name} PROPERTIES LABELS fuzz TIMEOUT 60)
+  endif()
+endfunction()
+
+ssjs_fuzzer(sonar_log ssjs_slam)
+ssjs_fuzzer(log_columns ssjs_slam)
+ssjs_fuzzer(settings ssjs_slam)
+ssjs_fuzzer(online ssjs_slam SOURCES ${ssjs_online_sources}) # as part of the program: what the shared library hides is followed too
+if(SSJS_BUILD_IMAGING)
+  ssjs_fuzzer(cascade_json ssjs_cascade)
+  ssjs_fuzzer(cascade_xml ssjs_cascade)
 endif()
-target_compile_options(ssjs_fuzz_sonar_log PRIVATE -g1 -fsanitize=${ssjs_fuzz_sanitizers} -fno-sanitize-recover=all)
-target_link_options(ssjs_fuzz_sonar_log PRIVATE -fsanitize=${ssjs_fuzz_sanitizers})

@@ -19,11 +19,24 @@ set(ssjs_test_library_cascade cascade)
 set(ssjs_test_library_optical optical)
 set(ssjs_test_library_survey survey)
 
+# The filter and what lies on the way to it, with Eigen's watch over the heap: tests/cpp/allocation. A library by itself, as one program must not
+# hold both builds of a source.
+file(GLOB ssjs_watched_sources CONFIGURE_DEPENDS cpp/src/geometry/*.cpp cpp/src/sensors/*.cpp cpp/src/association/*.cpp cpp/src/filter/*.cpp
+     cpp/src/features/navigation_tick.cpp cpp/src/mapping/levelled_*.cpp cpp/src/mapping/s*_association.cpp cpp/src/mapping/split_policy.cpp
+     cpp/src/simulation/auv_survey.cpp cpp/src/simulation/route.cpp)
+add_library(ssjs_watched STATIC EXCLUDE_FROM_ALL ${ssjs_watched_sources})
+ssjs_compile_options(ssjs_watched)
+target_compile_definitions(ssjs_watched PUBLIC EIGEN_RUNTIME_NO_MALLOC)
+target_compile_options(ssjs_watched PUBLIC -UNDEBUG)
+target_link_libraries(ssjs_watched PUBLIC ssjs_base Eigen3::Eigen)
+target_include_directories(ssjs_watched PUBLIC "${PROJECT_SOURCE_DIR}/cpp/include")
+set(ssjs_test_library_allocation watched)
+
 foreach(folder IN LISTS ssjs_test_folders)
   set(test_library ${ssjs_test_library_${folder}})
   if(NOT test_library)
     set(test_library slam)
-  elseif(NOT test_library IN_LIST ssjs_parts)
+  elseif(NOT test_library IN_LIST ssjs_parts AND NOT test_library STREQUAL "watched")
     continue()
   endif()
   set(test_target ssjs_test_${folder})
@@ -33,6 +46,13 @@ foreach(folder IN LISTS ssjs_test_folders)
   target_link_libraries(${test_target} PRIVATE ssjs_${test_library} GTest::gtest_main)
   if(folder STREQUAL "embed")
     target_link_libraries(${test_target} PRIVATE ssjs_online) # beside ssjs::slam, which simulates
+    add_executable(ssjs_survivor tests/cpp/embed/survivor.cpp) # to be killed
+    ssjs_compile_options(ssjs_survivor)
+    target_include_directories(ssjs_survivor PRIVATE tests/cpp)
+    target_link_libraries(ssjs_survivor PRIVATE ssjs_slam ssjs_online)
+    add_dependencies(${test_target} ssjs_survivor)
+    target_compile_definitions(${test_target} PRIVATE SSJS_SURVIVOR="$<TARGET_FILE:ssjs_survivor>")
+    target_include_directories(${test_target} PRIVATE "${PROJECT_SOURCE_DIR}/examples/ros2" "${PROJECT_SOURCE_DIR}/tests/cpp/embed/ros2_stand_in")
   endif()
   if(NOT test_library STREQUAL "slam")
     # nothing precompiled: these sources see no Eigen

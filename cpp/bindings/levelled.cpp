@@ -92,6 +92,7 @@ py::dict landmark_dict(const LevelledResult& result) {
   dict["passes_expected"] = array_of(passes_expected);
   dict["existence"] = existence;
   dict["confirmed"] = confirmed;
+  dict["joint_covariance"] = result.landmark_covariance.size() > 0 ? py::cast(result.landmark_covariance) : py::none();
   return dict;
 }
 

@@ -55,5 +55,6 @@ PYBIND11_MODULE(_core, module) {
   add_cascade(module);
   add_survey(module);
   add_sonar_loop(module);
+  add_season(module);
   add_io(module);
 }

@@ -17,6 +17,7 @@ void add_optical(pybind11::module_& module);
 void add_cascade(pybind11::module_& module);
 void add_survey(pybind11::module_& module);
 void add_sonar_loop(pybind11::module_& module);
+void add_season(pybind11::module_& module);
 void add_io(pybind11::module_& module);
 
 }  // namespace ssjs::bindings

@@ -1,4 +1,5 @@
 // Simulated underwater surveys: navigation, sightings or pings, and the truth.
+#include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -13,8 +14,10 @@
 #include "columns.hpp"
 #include "config.hpp"
 #include "parts.hpp"
+#include "run_parts.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/simulation/auv_survey.hpp"
+#include "ssjs/simulation/shared_seabed.hpp"
 #include "ssjs/simulation/side_scan_mission.hpp"
 
 namespace ssjs::bindings {
@@ -76,14 +79,31 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   return dict;
 }
 
-py::dict simulate_auv_survey(std::uint64_t seed, const py::dict& vehicle) {
+py::dict simulate_auv_survey(std::uint64_t seed, const py::dict& vehicle, const py::dict& lines) {
   const auto simulated = config_from<AuvSimulationConfig>(vehicle);
+  const auto world = config_from<SurveyWorldConfig>(lines);
   SimulatedSurvey survey;
   {
     const py::gil_scoped_release released;
-    survey = simulate_survey(survey_world(SurveyWorldConfig{}, seed), simulated, seed);
+    survey = simulate_survey(survey_world(world, seed), simulated, seed);
   }
   return survey_dict(survey);
+}
+
+py::dict simulate_on_shared_seabed(std::uint64_t seed, const py::dict& vehicle, const py::dict& lines, const py::dict& seabed) {
+  auto simulated = config_from<AuvSimulationConfig>(vehicle);
+  const PlacedSurvey placed = survey_on_shared_seabed(config_from<SharedSeabedConfig>(seabed), config_from<SurveyWorldConfig>(lines), seed);
+  simulated.compass_offset_rad = placed.compass_offset_rad;
+  SimulatedSurvey survey;
+  {
+    const py::gil_scoped_release released;
+    survey = simulate_survey(placed.world, simulated, seed);
+  }
+  py::dict dict = survey_dict(survey);
+  dict["start_m"] = placed.seabed_p_start;
+  dict["origin_m"] = placed.seabed_p_origin;
+  dict["seabed_landmarks"] = RowMatrix(placed.seabed_p_landmarks.transpose());
+  return dict;
 }
 
 SideScanMission side_scan_mission(const py::dict& values, std::uint64_t seed) {
@@ -143,9 +163,15 @@ py::object next_pings(SideScanMission& mission, std::size_t most) {
 
 void add_underwater_simulation(py::module_& module) {
   module.def(
-      "simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0, py::arg("vehicle") = py::dict(),
+      "simulate_auv_survey", &simulate_auv_survey, py::arg("seed") = 0, py::arg("vehicle") = py::dict(), py::arg("lines") = py::dict(),
       "Lines and cross lines of an underwater vehicle over point landmarks: one table a sensor (time first), and the truth. vehicle: "
-      "settings of the simulated vehicle and its sensors that differ from their defaults.");
+      "settings of the simulated vehicle and its sensors that differ from their defaults; lines: the same of the lines.");
+  module.def(
+      "simulate_on_shared_seabed", &simulate_on_shared_seabed, py::arg("seed") = 0, py::arg("vehicle") = py::dict(),
+      py::arg("lines") = py::dict(), py::arg("seabed") = py::dict(),
+      "The same somewhere on a seabed that missions of one world_seed share. Also start_m, where on it the mission truly starts, origin_m, "
+      "where it believes to (north, east), and seabed_landmarks (n, 3).");
+  module.def("shared_seabed_fields", &fields_of<SharedSeabedConfig>, "Every key of a shared seabed.");
   py::class_<SideScanMission>(module, "SideScanMission", "A simulated survey with side-scan sonar.")
       .def(py::init(&side_scan_mission), py::arg("config") = py::dict(), py::arg("seed") = 0)
       .def(

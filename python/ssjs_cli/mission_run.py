@@ -389,7 +389,7 @@ def _summary(
     if mission.odometry is None:
         summary["axis_names"] = ["x, ahead at the start", "y, starboard at the start"] if mission.geodetic is None else ["north", "east"]
         summary["sensors"] = numbers_of(result["sensors"])
-        summary["geodetic"] = None if mission.geodetic is None else mission.geodetic.model_dump()
+        summary["geodetic"] = None if mission.geodetic is None else mission.geodetic.model_dump(exclude_none=True)
     summary.update(measures(result, evaluation, timing))
     summary["warnings"] = list(warnings)
     summary["lost"] = list(lost)

@@ -27,7 +27,7 @@ from ssjs_cli.formats.scenario_file import WORLD_TABLES, read_scenario_file
 from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.scenario_world import simulate_world, simulator_config
 from ssjs_cli.sonar_loop import SONAR_LOOP, picture_settings, simulate_sonar_loop
-from ssjs_cli.underwater_simulation import UNDERWATER_SCENARIOS, simulate_underwater
+from ssjs_cli.underwater_simulation import AUV_SURVEY, UNDERWATER_SCENARIOS, simulate_underwater
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ class Scenario:
     description: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
     survey: Mapping[str, Any] = field(default_factory=dict)
+    season: Mapping[str, Any] = field(default_factory=dict)
     pictures: Mapping[str, Scalar] = field(default_factory=dict)
 
     @property
@@ -52,8 +53,9 @@ class Scenario:
     def identity(self) -> dict[str, Any]:
         """All that determines its mission, but for the seed."""
         pictures = {"pictures": dict(self.pictures)} if self.pictures else {}
+        season = {"season": dict(self.season)} if self.season else {}
         settings, survey = dict(self.settings), dict(self.survey)
-        return {"built_in": self.built_in, "world": self.world, "settings": settings, "survey": survey, **pictures}
+        return {"built_in": self.built_in, "world": self.world, "settings": settings, "survey": survey, **season, **pictures}
 
 
 def read_scenario(text: str, seed: int | None, assignments: tuple[str, ...] = ()) -> Scenario:
@@ -74,11 +76,14 @@ def read_scenario(text: str, seed: int | None, assignments: tuple[str, ...] = ()
         description=document["description"],
         settings=settings,
         survey=document.get("survey", {}),
+        season=document.get("season", {}),
         pictures=picture_settings(document.get("scenario", "of a file"), document.get("pictures", {}), str(path), assignments),
     )
     layer_from_tables(settings, f"{path} [settings]", scenario.kind)
     if scenario.survey and scenario.built_in not in UNDERWATER_SCENARIOS:
         raise UserError(f"{path}: [survey] is for the underwater scenarios {', '.join(UNDERWATER_SCENARIOS)}; leave it out")
+    if scenario.season and scenario.built_in != AUV_SURVEY:
+        raise UserError(f"{path}: [season] is for the scenario {AUV_SURVEY}; leave it out")
     if scenario.world is not None:
         simulator_config(scenario.world, str(path))
     return scenario
@@ -103,7 +108,13 @@ def _simulated(scenario: Scenario) -> dict[str, Any]:
 def simulate_mission(scenario: Scenario) -> Mission:
     if scenario.built_in in UNDERWATER_SCENARIOS:
         return simulate_underwater(
-            scenario.built_in, scenario.name, scenario.description, scenario.settings, scenario.seed, scenario.survey
+            scenario.built_in,
+            scenario.name,
+            scenario.description,
+            scenario.settings,
+            scenario.seed,
+            scenario.survey,
+            scenario.season,
         )
     simulated = _simulated(scenario)
     settings = {**dict(simulated["config"]), **dict(flatten(scenario.settings))}

@@ -11,7 +11,8 @@ import numpy as np
 from ssjs_cli import _core
 from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables, nest
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.mission import BodyPoints, Mission, Reference, ReferenceDescription, SurveyedLandmarks
+from ssjs_cli.formats.geographic import to_longitude_latitude
+from ssjs_cli.formats.mission import BodyPoints, Geodetic, Mission, Reference, ReferenceDescription, SurveyedLandmarks
 from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.tum import PoseSeries
@@ -72,6 +73,9 @@ SCENARIO_SETTINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 )
 UNDERWATER_SCENARIOS = (*POINT_SCENARIOS, *SONAR_SCENARIOS)
 
+# Of the corner of a shared seabed.
+PLACE_DEG: Mapping[str, float] = MappingProxyType({"latitude_deg": 41.7, "longitude_deg": 2.9})
+
 # 2026-01-01: logs of sonars carry dates.
 SONAR_EPOCH_S = 1767225600.0
 PINGS_PER_BLOCK = 512
@@ -81,18 +85,22 @@ GRID_ORIGIN_M = (500_000.0, 6_000_000.0)
 
 
 def simulate_underwater(
-    built_in: str, name: str, description: str, settings: Mapping[str, Any], seed: int, changes: Mapping[str, Any]
+    built_in: str,
+    name: str,
+    description: str,
+    settings: Mapping[str, Any],
+    seed: int,
+    changes: Mapping[str, Any],
+    season: Mapping[str, Any],
 ) -> Mission:
     """`built_in`: one of UNDERWATER_SCENARIOS, with the sensors that the filter's defaults describe. `changes`: tables or dotted keys of
-    the simulator, laid over those of the scenario."""
+    the simulator, laid over those of the scenario. `season`: the seabed that the mission shares with others, and where on earth it is."""
     settings = nest({**SCENARIO_SETTINGS.get(built_in, {}), **dict(flatten(settings))})
     layer_from_tables(settings, f"scenario {name}", UNDERWATER)
     said = description or f"simulated: {built_in}, seed {seed}"
     if built_in in POINT_SCENARIOS:
-        if changes:
-            raise UserError(f"scenario {name}: {built_in} takes no table [survey]; leave it out, or take {SIDE_SCAN_SURVEY}")
-        survey = _core.simulate_auv_survey(seed, dict(POINT_SCENARIOS[built_in]))
-        return _mission(name, said, settings, survey, points=_points(survey))
+        survey, geodetic = _point_survey(name, seed, {**POINT_SCENARIOS[built_in]}, changes, season)
+        return _mission(name, said, settings, survey, points=_points(survey), geodetic=geodetic)
     try:
         sonar = _core.SideScanMission({**SONAR_SCENARIOS[built_in], **dict(flatten(changes))}, seed)
     except ValueError as error:
@@ -103,6 +111,41 @@ def simulate_underwater(
         write_xtf(folder / LOG_NAME, _pings(sonar, *_reckoned(survey)), sonar="ssjs simulator")
 
     return _mission(name, said, settings, survey, recording=record)
+
+
+def _point_survey(
+    name: str, seed: int, vehicle: Mapping[str, Any], changes: Mapping[str, Any], season: Mapping[str, Any]
+) -> tuple[dict[str, Any], Geodetic | None]:
+    """With its place on earth where it is one of a season."""
+    unknown = [table for table in changes if table not in ("lines", "vehicle")]
+    if unknown:
+        raise UserError(f"scenario {name} [survey]: {unknown[0]}: no such table; it takes [survey.lines] and [survey.vehicle]")
+    vehicle = {**vehicle, **dict(flatten(changes.get("vehicle", {})))}
+    lines = dict(changes.get("lines", {}))
+    place = {key: season[key] for key in PLACE_DEG if key in season}
+    seabed = {key: value for key, value in season.items() if key not in PLACE_DEG}
+    try:
+        if not season:
+            return _core.simulate_auv_survey(seed, vehicle, lines), None
+        survey = _core.simulate_on_shared_seabed(seed, vehicle, lines, seabed)
+    except ValueError as error:
+        raise UserError(f"scenario {name}: {error}") from error
+    corner = Geodetic(
+        origin_latitude_deg=float(place.get("latitude_deg", PLACE_DEG["latitude_deg"])),
+        origin_longitude_deg=float(place.get("longitude_deg", PLACE_DEG["longitude_deg"])),
+        heading_deg=0.0,
+        y_axis="right",
+    )
+    longitude, latitude = to_longitude_latitude(np.asarray(survey["origin_m"])[None, :], corner)[0]
+    sigma_m = next(entry["default"] for entry in _core.shared_seabed_fields() if entry["key"] == "origin_sigma_m")
+    origin = corner.model_copy(
+        update={
+            "origin_latitude_deg": float(latitude),
+            "origin_longitude_deg": float(longitude),
+            "origin_sigma_m": float(seabed.get("origin_sigma_m", sigma_m)) or None,
+        }
+    )
+    return survey, origin
 
 
 def _mission(name: str, description: str, settings: Mapping[str, Any], survey: Mapping[str, Any], **observed: Any) -> Mission:

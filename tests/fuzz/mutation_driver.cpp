@@ -1,5 +1,6 @@
 // A plain mutation fuzzer for compilers without libFuzzer: seeds from a folder, random changes, a fixed seed of the generator.
-//   mutation_driver CORPUS_FOLDER -runs=N -max_len=BYTES [-seed=N]
+//   mutation_driver CORPUS_FOLDER -runs=N [-max_len=BYTES] [-max_total_time=SECONDS] [-seed=N]
+// With -runs=0 the inputs of the folder are run as they are.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -108,7 +109,7 @@ class Mutator {
 
 int main(int count, char** arguments) {
   if (count < 2) {
-    std::fprintf(stderr, "usage: %s CORPUS_FOLDER -runs=N -max_len=BYTES [-seed=N]\n", arguments[0]);
+    std::fprintf(stderr, "usage: %s CORPUS_FOLDER -runs=N [-max_len=BYTES] [-max_total_time=SECONDS] [-seed=N]\n", arguments[0]);
     return 2;
   }
   const std::vector<Bytes> seeds = read_seeds(arguments[1]);
@@ -116,18 +117,21 @@ int main(int count, char** arguments) {
     std::fprintf(stderr, "%s: holds no seeds\n", arguments[1]);
     return 2;
   }
-  const std::uint64_t runs = number_option(count, arguments, "-runs=", 100000);
+  std::uint64_t runs = number_option(count, arguments, "-runs=", 100000);
+  const std::uint64_t longest_s = number_option(count, arguments, "-max_total_time=", 0);
   Mutator mutator(number_option(count, arguments, "-seed=", 1), number_option(count, arguments, "-max_len=", 65536));
   const auto start = std::chrono::steady_clock::now();
+  const auto since = [](auto moment) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count(); };
   double slowest_s = 0.0;
   for (const Bytes& seed : seeds) LLVMFuzzerTestOneInput(seed.data(), seed.size());
   for (std::uint64_t run = 0; run < runs; ++run) {
     const Bytes bytes = mutator.mutate(seeds);
     const auto before = std::chrono::steady_clock::now();
     LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
-    slowest_s = std::max(slowest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count());
+    slowest_s = std::max(slowest_s, since(before));
+    if (longest_s > 0 && since(start) > static_cast<double>(longest_s)) runs = run + 1;
   }
-  const double total_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double total_s = since(start);
   std::printf("%llu runs in %.0f s, the slowest %.4f s\n", static_cast<unsigned long long>(runs), total_s, slowest_s);
   return slowest_s > 5.0 ? 1 : 0;
 }

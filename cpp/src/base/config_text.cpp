@@ -1,6 +1,8 @@
 #include "ssjs/base/config_text.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <locale>
@@ -89,6 +91,12 @@ void FieldSetter::finish() const {
     return edit_distance(key_, a) < edit_distance(key_, b);
   });
   throw InvalidArgument("setting", key_, "is not known" + (nearest == keys_.end() ? "" : "; the nearest is " + *nearest));
+}
+
+std::string FieldLister::text_of(double value) {
+  std::array<char, 32> digits{};
+  const std::to_chars_result end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  return {digits.data(), end.ptr};
 }
 
 }  // namespace ssjs

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/base/whole_file.hpp"
 #include "ssjs/cascade/cascade_xml.hpp"
-#include "ssjs/cascade/whole_file.hpp"
 
 namespace ssjs {
 namespace {
@@ -209,6 +209,8 @@ HaarCascade from_json(std::string_view json, const std::string& name) {
   } catch (const Json::parse_error& error) {
     throw FileError(name, static_cast<std::int64_t>(error.byte),
                     "at byte " + std::to_string(error.byte) + ": no JSON, or cut off: " + error.what());
+  } catch (const Json::out_of_range& error) {
+    throw FileError(name, 0, std::string("holds a number that is too large: ") + error.what());
   }
   try {
     return cascade_from(root);

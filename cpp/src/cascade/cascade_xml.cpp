@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ssjs/base/error.hpp"
-#include "ssjs/cascade/whole_file.hpp"
+#include "ssjs/base/whole_file.hpp"
 
 namespace ssjs {
 namespace {

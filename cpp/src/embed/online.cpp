@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -53,7 +55,7 @@ OnlineSurveyConfig configured(const Setting* settings, std::size_t count) {
 
 class Estimator::Inside {
  public:
-  explicit Inside(const OnlineSurveyConfig& config) : survey(config) {}
+  explicit Inside(std::unique_ptr<OnlineSurvey> whole) : owned_(std::move(whole)), survey(*owned_) {}
 
   /// `action`, or `otherwise` and its message where it throws.
   template <class Result, class Action>
@@ -74,7 +76,18 @@ class Estimator::Inside {
     return arrival;
   }
 
-  OnlineSurvey survey;
+  /// `maker`'s survey, or nothing and its complaint.
+  template <class Maker>
+  Inside* another(const Maker& maker) noexcept {
+    return guarded(static_cast<Inside*>(nullptr), [&] { return new Inside(maker()); });
+  }
+
+ private:
+  std::unique_ptr<OnlineSurvey> owned_;
+
+ public:
+  OnlineSurvey& survey;
+  NavigationTick sighted;  ///< one sighting; its memory serves the next
   std::int64_t failures = 0;
   std::array<char, 512> error{};
 
@@ -88,7 +101,7 @@ class Estimator::Inside {
 
 Estimator::Estimator(const Setting* settings, std::size_t count) : inside_(nullptr) {
   try {
-    inside_ = new Inside(configured(settings, count));
+    inside_ = new Inside(std::make_unique<OnlineSurvey>(configured(settings, count)));
   } catch (const Error& problem) {
     throw std::invalid_argument(problem.what());
   }
@@ -139,12 +152,14 @@ Arrival Estimator::feed(const Velocity& sample) noexcept {
 
 Arrival Estimator::feed(const Sighting& sample) noexcept {
   return inside_->guarded(Arrival::kFailed, [&] {
-    NavigationTick tick = tick_at(sample.time_s);
-    SideScanSighting sighting;
+    NavigationTick& tick = inside_->sighted;
+    tick.time_s = sample.time_s;
+    tick.sightings.resize(1);
+    SideScanSighting& sighting = tick.sightings.front();
+    sighting = {};
     sighting.vehicle_p_point = Eigen::Map<const Eigen::Vector3d>(sample.position_m);
     if (sample.has_covariance) sighting.covariance = Eigen::Map<const Eigen::Matrix3d>(sample.covariance_m2);
     if (sample.landmark_id >= 0) sighting.landmark_id = sample.landmark_id;
-    tick.sightings.push_back(sighting);
     return inside_->feed(tick);
   });
 }
@@ -199,6 +214,43 @@ std::size_t Estimator::trajectory(Pose* out, std::size_t capacity) noexcept {
     for (std::size_t i = 0; i < std::min(capacity, all.size()); ++i) out[i] = pose_of(all[i]);
     return all.size();
   });
+}
+
+bool Estimator::checkpoint(const char* path) noexcept {
+  return inside_->guarded(false, [&] {
+    if (inside_->survey.checkpoint(path)) return true;
+    throw Error(std::string(path) + ": the checkpoint before is still being written");
+  });
+}
+
+bool Estimator::wait_for_checkpoint() noexcept {
+  return inside_->guarded(false, [&] {
+    inside_->survey.wait_for_checkpoint();
+    return true;
+  });
+}
+
+std::size_t Estimator::checkpoint(void* out, std::size_t capacity) noexcept {
+  return inside_->guarded(std::size_t{0}, [&] {
+    const std::string bytes = inside_->survey.checkpoint();
+    if (bytes.size() <= capacity) std::copy(bytes.begin(), bytes.end(), static_cast<char*>(out));
+    return bytes.size();
+  });
+}
+
+bool Estimator::restore(const char* path) noexcept {
+  Inside* const found = inside_->another([&] { return OnlineSurvey::restored_from(inside_->survey.config(), path); });
+  if (found == nullptr) return false;
+  delete std::exchange(inside_, found);
+  return true;
+}
+
+bool Estimator::restore(const void* bytes, std::size_t size) noexcept {
+  const std::string_view all(static_cast<const char*>(bytes), size);
+  Inside* const found = inside_->another([&] { return OnlineSurvey::restored(inside_->survey.config(), all, "checkpoint"); });
+  if (found == nullptr) return false;
+  delete std::exchange(inside_, found);
+  return true;
 }
 
 const char* Estimator::last_error() const noexcept { return inside_->error.data(); }

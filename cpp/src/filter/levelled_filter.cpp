@@ -52,9 +52,13 @@ Eigen::MatrixXd LevelledFilter::covariance() const { return P_.topLeftCorner(siz
 
 Eigen::Matrix<double, 6, Eigen::Dynamic> LevelledFilter::pose_rows() const {
   Eigen::Matrix<double, 6, Eigen::Dynamic> rows(6, size());
+  read_pose_rows(rows);
+  return rows;
+}
+
+void LevelledFilter::read_pose_rows(Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> rows) const {
   rows.leftCols<kVehicle>() = vehicle_covariance().topRows<6>();
   rows.rightCols(size() - kVehicle) = P_.block(kVehicle, 0, size() - kVehicle, 6).transpose();
-  return rows;
 }
 
 void LevelledFilter::predict(const VehiclePrediction& motion) {
@@ -97,10 +101,31 @@ void LevelledFilter::fill_columns(const StateRows& rows, Eigen::Ref<Eigen::Matri
 
 Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> LevelledFilter::predicted_covariance(const StateRows& a,
                                                                                                     const StateRows& b) const {
-  Eigen::MatrixXd PHt(size(), b.rows());
-  fill_columns(b, PHt);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> HPHt = a.vehicle.H * PHt.topRows<kVehicle>();
-  if (a.landmark != StateRows::kNoLandmark) HPHt += a.H_landmark * PHt.middleRows<3>(offset(a.landmark));
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
+  // rows of P H_b' over the vehicle and over the landmark of a: the only ones that H_a reads
+  const bool b_sees = b.landmark != StateRows::kNoLandmark;
+  Eigen::Matrix<double, kVehicle, Eigen::Dynamic, 0, kVehicle, 3> of_vehicle(kVehicle, b.rows());
+  of_vehicle.noalias() = P_.topLeftCorner<kVehicle, kVehicle>().selfadjointView<Eigen::Lower>() * b.vehicle.H.transpose();
+  if (b_sees) of_vehicle.noalias() += P_.block<3, kVehicle>(offset(b.landmark), 0).transpose() * b.H_landmark.transpose();
+  Small HPHt(a.rows(), b.rows());
+  HPHt.noalias() = a.vehicle.H * of_vehicle;
+  if (a.landmark == StateRows::kNoLandmark) return HPHt;
+  const Eigen::Index at = offset(a.landmark);
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> of_landmark(3, b.rows());
+  of_landmark.noalias() = P_.block<3, kVehicle>(at, 0) * b.vehicle.H.transpose();
+  if (b_sees) {
+    const Eigen::Index other = offset(b.landmark);
+    Eigen::Matrix3d P_ab;
+    if (at > other) {
+      P_ab = P_.block<3, 3>(at, other);
+    } else if (at < other) {
+      P_ab = P_.block<3, 3>(other, at).transpose();
+    } else {
+      P_ab = P_.block<3, 3>(at, at).selfadjointView<Eigen::Lower>();
+    }
+    of_landmark.noalias() += P_ab * b.H_landmark.transpose();
+  }
+  HPHt.noalias() += a.H_landmark * of_landmark;
   return HPHt;
 }
 
@@ -155,6 +180,20 @@ UpdateResult LevelledFilter::update(const std::vector<StateRows>& rows) {
   wrap_vehicle(mean_.head<kVehicle>());
   if (watcher_ != nullptr) watcher_->on_update(rows, PHt, S);
   return result;
+}
+
+void LevelledFilter::archive(Archive& a) {
+  Eigen::VectorXd mean = mean_.head(size());
+  Eigen::MatrixXd P = P_.topLeftCorner(size(), size()).triangularView<Eigen::Lower>();  // above it nothing has a meaning
+  a("landmarks", landmarks_);
+  a("mean", mean);
+  a("P", P);
+  if (!a.reading()) return;
+  a.require(landmarks_ >= 0 && mean.size() == size() && P.rows() == size() && P.cols() == size(),
+            "has a mean and a covariance of another size");
+  reserve(landmarks_);
+  mean_.head(size()) = mean;
+  P_.topLeftCorner(size(), size()) = P;
 }
 
 }  // namespace ssjs

@@ -1,6 +1,8 @@
 #include "ssjs/joining/batch_ports.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
@@ -13,6 +15,10 @@ constexpr int kMaxIterations = 30;
 constexpr int kMaxHalvings = 8;
 constexpr double kTolerance = 1e-12;  // of half chi-squared
 constexpr double kRelativeDecrease = 1e-13;
+// A factor serves on while the unknowns are so near to where it was made: what it says of covariances changes by a thousandth.
+constexpr double kSteadyTurn_rad = 1e-3;
+constexpr double kSteadyWay_m = 0.1;
+constexpr double kSlowDecrease = 0.1;  // of what the step before promised: the factor is too old
 
 }  // namespace
 
@@ -28,6 +34,11 @@ void BatchPorts::align_to_north(const PortMap& map, Eigen::Index row, const Offs
 
 void BatchPorts::introduce(const PortMap& map, const std::vector<Port>& ports) {
   append_values(values_, map, ports);
+  const auto is_base = [](const Port& port) { return port.unknown.kind == UnknownKind::kBase; };
+  if (std::any_of(ports.begin(), ports.end(), is_base)) {
+    at_hand_ = {};
+    is_adjusted_ = false;
+  }
   count_landmarks();
   set_factor(map, ports);
 }
@@ -47,6 +58,7 @@ void BatchPorts::merge_landmarks(int keep, int gone) {
     }
   }
   merged_.insert(gone);
+  at_hand_.rows.erase({UnknownKind::kLandmark, gone});
   count_landmarks();
   pattern_is_stale_ = true;
 }
@@ -59,7 +71,7 @@ void BatchPorts::count_landmarks() {
 
 void BatchPorts::set_values(const PortValues& values) {
   values_ = values;
-  columns_.clear();
+  at_hand_ = {};
 }
 
 void BatchPorts::set_factor(const PortMap& map, const std::vector<Port>& more) {
@@ -138,23 +150,24 @@ void BatchPorts::analyse() {
   pattern_is_stale_ = false;
 }
 
-double BatchPorts::linearize() {
-  hessian_.set_zero();
+double BatchPorts::linearize(bool with_hessian) {
+  if (with_hessian) hessian_.set_zero();
   gradient_.setZero(hessian_.rows());
   double cost = 0.0;
   for (const auto& [base, factor] : factors_) {  // (P-6)
     const PortPlacement placed = place_ports(base, factor.ports, values_);
     const Eigen::VectorXd residual = port_difference(factor.ports, placed.s, factor.mean);
     const Eigen::VectorXd W_residual = factor.information * residual;
-    const Eigen::MatrixXd W_J = factor.information * placed.J;
     cost += 0.5 * residual.dot(W_residual);
+    Eigen::MatrixXd W_J;
+    if (with_hessian) W_J = factor.information * placed.J;
     for (std::size_t i = 0; i < placed.unknowns.size(); ++i) {
       const int at_i = slot(placed.unknowns[i]);
       if (at_i < 0) continue;
       const auto [first_i, count_i] = free_rows(placed.unknowns[i]);
       const auto J_i = placed.J.middleCols(placed.columns[i] + first_i, count_i);
       gradient_.segment(hessian_.row_of(at_i), count_i) += J_i.transpose() * W_residual;
-      for (std::size_t j = 0; j < placed.unknowns.size(); ++j) {
+      for (std::size_t j = 0; with_hessian && j < placed.unknowns.size(); ++j) {
         const auto [first_j, count_j] = free_rows(placed.unknowns[j]);
         const int at_j = slot(placed.unknowns[j]);
         if (at_j < 0 || at_i < at_j) continue;
@@ -162,7 +175,9 @@ double BatchPorts::linearize() {
       }
     }
   }
-  const auto add_scalar = [&](int row, int column, double value) { hessian_.add<1, 1>(row, column, Eigen::Matrix<double, 1, 1>(value)); };
+  const auto add_scalar = [&](int row, int column, double value) {
+    if (with_hessian) hessian_.add<1, 1>(row, column, Eigen::Matrix<double, 1, 1>(value));
+  };
   for (const Drift& drift : drifts_) {  // (P-4)
     const double residual = wrap_angle(values_.offset(drift.to) - values_.offset(drift.from));
     const int to = slot({UnknownKind::kOffset, drift.to});
@@ -187,7 +202,7 @@ double BatchPorts::linearize() {
 }
 
 void BatchPorts::factorize() {
-  columns_.clear();
+  at_hand_.covariance.resize(0, 0);
   if (!hessian_.all_finite()) {
     throw NotPositiveDefinite("information matrix of the survey", "a map or an estimate is not finite");
   }
@@ -196,47 +211,88 @@ void BatchPorts::factorize() {
   }
 }
 
+void BatchPorts::move(const PortValues& start, const Eigen::VectorXd& step) {
+  values_ = start;
+  for (const Unknown& unknown : unknowns()) {
+    const int at = slot(unknown);
+    if (at < 0) continue;
+    const auto [first, count] = free_rows(unknown);
+    Eigen::Vector3d by = Eigen::Vector3d::Zero();
+    by.segment(first, count) = step.segment(hessian_.row_of(at), count);
+    values_.move(unknown, by.head(rows_of(unknown.kind)));
+  }
+}
+
+bool BatchPorts::is_near(const PortValues& other) const {
+  for (std::size_t i = 0; i < values_.bases.size(); ++i) {
+    if (std::abs(angle_difference(values_.bases[i].heading, other.bases[i].heading)) > kSteadyTurn_rad ||
+        (values_.bases[i].translation() - other.bases[i].translation()).norm() > kSteadyWay_m)
+      return false;
+  }
+  return true;
+}
+
 void BatchPorts::settle() {
   if (pattern_is_stale_) analyse();
-  cost_ = linearize();
+  cost_ = linearize(true);
+  factorized_at_ = values_;
   if (hessian_.rows() == 0) return;
   factorize();
+  double promised_before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Eigen::VectorXd step = hessian_.solve(-gradient_);
-    if (-0.5 * step.dot(gradient_) <= kTolerance + kRelativeDecrease * cost_) break;
+    const double promised = -0.5 * step.dot(gradient_);
+    if (promised <= kTolerance + kRelativeDecrease * cost_) break;
     const PortValues start = values_;
     double scale = 1.0;
     double cost = cost_;
     for (int halving = 0; halving <= kMaxHalvings; ++halving, scale *= 0.5) {
-      values_ = start;
-      for (const Unknown& unknown : unknowns()) {
-        const int at = slot(unknown);
-        if (at < 0) continue;
-        const auto [first, count] = free_rows(unknown);
-        Eigen::VectorXd move = Eigen::VectorXd::Zero(rows_of(unknown.kind));
-        move.segment(first, count) = scale * step.segment(hessian_.row_of(at), count);
-        values_.move(unknown, move);
-      }
-      cost = linearize();
+      move(start, scale * step);
+      cost = linearize(false);
       if (cost <= cost_ * (1.0 + kRelativeDecrease) + kTolerance) break;
     }
-    factorize();
+    if (scale < 1.0 || promised > kSlowDecrease * promised_before || !is_near(factorized_at_)) {
+      cost = linearize(true);
+      factorize();
+      factorized_at_ = values_;
+    }
+    promised_before = promised;
     const double decrease = cost_ - cost;
     cost_ = cost;
     if (std::abs(decrease) <= kTolerance + kRelativeDecrease * cost_) break;
   }
 }
 
-const Eigen::MatrixXd& BatchPorts::columns_of(const Unknown& unknown) const {
-  const auto found = columns_.find(unknown);
-  if (found != columns_.end()) return found->second;
-  const auto [first, count] = free_rows(unknown);
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(hessian_.rows(), count);
-  unit.middleRows(hessian_.row_of(slot(unknown)), count).setIdentity();
-  return columns_.emplace(unknown, hessian_.solve(unit)).first->second;
+void BatchPorts::adjust() {
+  settle();
+  is_adjusted_ = true;
+}
+
+void BatchPorts::look_up(const std::vector<Unknown>& unknowns) const {
+  AtHand& hand = at_hand_;
+  bool all_there = hand.covariance.size() > 0;
+  for (const Unknown& unknown : unknowns) {
+    if (!is_fixed(unknown)) all_there = !hand.rows.emplace(unknown, 0).second && all_there;
+  }
+  if (all_there || hand.rows.empty()) return;
+  if (is_adjusted_) {  // the whole survey is told, map after map
+    hand.rows.clear();
+    for (const Unknown& unknown : unknowns) {
+      if (!is_fixed(unknown)) hand.rows.emplace(unknown, 0);
+    }
+  }
+  std::vector<int> slots;
+  Eigen::Index row = 0;
+  for (auto& [unknown, first] : hand.rows) {
+    slots.push_back(slot(unknown));
+    first = row;
+    row += free_rows(unknown).second;
+  }
+  hand.covariance = hessian_.joint_inverse(slots);
 }
 
 Eigen::MatrixXd BatchPorts::covariance(const std::vector<Unknown>& unknowns) const {
+  look_up(unknowns);
   std::vector<Eigen::Index> starts;
   Eigen::Index size = 0;
   for (const Unknown& unknown : unknowns) {
@@ -247,15 +303,42 @@ Eigen::MatrixXd BatchPorts::covariance(const std::vector<Unknown>& unknowns) con
   for (std::size_t j = 0; j < unknowns.size(); ++j) {
     if (is_fixed(unknowns[j])) continue;
     const auto [first_j, count_j] = free_rows(unknowns[j]);
-    const Eigen::MatrixXd& columns = columns_of(unknowns[j]);
+    const Eigen::Index at_j = at_hand_.rows.at(unknowns[j]);
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
       if (is_fixed(unknowns[i])) continue;
       const auto [first_i, count_i] = free_rows(unknowns[i]);
       joint.block(starts[i] + first_i, starts[j] + first_j, count_i, count_j) =
-          columns.middleRows(hessian_.row_of(slot(unknowns[i])), count_i);
+          at_hand_.covariance.block(at_hand_.rows.at(unknowns[i]), at_j, count_i, count_j);
     }
   }
-  return 0.5 * (joint + joint.transpose());
+  return joint;
+}
+
+void BatchPorts::resume(const std::deque<PortMap>& maps) {
+  const auto known = [&](UnknownKind kind, int index) { return values_.holds({kind, index}); };
+  for (const int landmark : merged_) {
+    if (!known(UnknownKind::kLandmark, landmark)) throw InvalidArgument("merged landmark", landmark, "must be one of those there are");
+  }
+  for (const Drift& drift : drifts_) {
+    if (!known(UnknownKind::kOffset, drift.from) || !known(UnknownKind::kOffset, drift.to) || !(drift.variance > 0.0))
+      throw InvalidArgument("drift to offset", drift.to, "must lead from one offset to another, with a positive variance");
+  }
+  const bool settled = !pattern_is_stale_;
+  count_landmarks();
+  for (const PortMap& map : maps) set_factor(map, {});
+  if (!settled) return;
+  if (factorized_at_.bases.size() != values_.bases.size() || factorized_at_.offsets.size() != values_.offsets.size() ||
+      factorized_at_.landmarks.size() != values_.landmarks.size()) {
+    throw InvalidArgument("factorized_at", static_cast<double>(factorized_at_.bases.size()), "must hold the same unknowns as the values");
+  }
+  const AtHand hand = at_hand_;
+  analyse();
+  std::swap(values_, factorized_at_);
+  static_cast<void>(linearize(true));
+  if (hessian_.rows() > 0) factorize();
+  std::swap(values_, factorized_at_);
+  cost_ = linearize(false);
+  at_hand_ = hand;
 }
 
 }  // namespace ssjs

@@ -77,6 +77,29 @@ std::vector<SurveyLandmark> landmarks_in_world(const std::deque<PortMap>& maps, 
   return shared;
 }
 
+Eigen::MatrixXd joint_landmark_covariance(const std::deque<PortMap>& maps, const PortLevel& level) {
+  std::map<int, Sighting> shared;
+  std::vector<Sighting> single;
+  for (const PortMap& map : maps) {
+    for (Eigen::Index i = 0; i < map.submap.landmark_count(); ++i) {
+      const Sighting sighting{&map, i};
+      if (const std::optional<Unknown> port = sighting.port()) {
+        shared.try_emplace(port->index, sighting);
+      } else {
+        single.push_back(sighting);
+      }
+    }
+  }
+  std::vector<Sighting> all;
+  for (const auto& [index, sighting] : shared) all.push_back(sighting);
+  all.insert(all.end(), single.begin(), single.end());
+  if (all.empty()) return {};
+  const std::vector<Unknown> unknowns = unknowns_of(all);
+  const PlacedSightings placed = place_sightings(all, unknowns, level.values());
+  const Eigen::MatrixXd P = placed.J * level.covariance(unknowns) * placed.J.transpose() + placed.noise;
+  return 0.5 * (P + P.transpose());
+}
+
 std::vector<SurveyStep> steps_in_world(const PortMap& map, const PortKnowledge& level) {
   std::map<Eigen::Index, CorrectedState> states;  // by how many entries a step follows: the same for nearly all
   const Se2& global_T_base = level.values().base(map.base());

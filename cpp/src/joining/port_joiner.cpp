@@ -15,7 +15,6 @@
 namespace ssjs {
 namespace {
 
-constexpr double kReachSigmas = 3.0;
 constexpr double kOffsetGate = 0.999999;           // a compass that jumped between two maps is met anew
 constexpr double kSmallestNeighbourhood_m = 25.0;  // radius in which landmarks are counted: a swath, where a map has few of its own
 
@@ -139,6 +138,26 @@ void PortJoiner::attach(PortMap& map) {
   put(map, fresh);
 }
 
+void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
+  if (!maps_.empty()) throw InvalidArgument("stand_on", "late call", "comes before every map");
+  const auto n = static_cast<Eigen::Index>(world_T_base.size());
+  LevelledSubmap datum;
+  datum.mean.resize(3 * n);
+  datum.covariance = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+  std::vector<Port> bases;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const GaussianSe2& base = world_T_base[static_cast<std::size_t>(k)];
+    datum.mean.segment<3>(3 * k) = base.mean.vector();
+    datum.covariance.block<3, 3>(3 * k, 3 * k) = base.covariance;
+    bases.push_back({3 * k, {UnknownKind::kBase, static_cast<int>(k) + 1}});
+  }
+  bases_are_given_ = true;
+  extents_.emplace_back();
+  maps_.push_back({std::move(datum), {}});
+  level_->introduce(maps_.back(), bases);  // (P-24)
+  put(maps_.back(), bases);
+}
+
 JoinReport PortJoiner::take(LevelledSubmap submap) {
   check(submap);
   const int newest = submap.index;
@@ -154,20 +173,11 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
     last_mean_time_s_ = time_s;
     insert_compass_mean(submap);
   }
-  Extent extent;
-  const Eigen::Index n = submap.landmark_count();
-  for (Eigen::Index i = 0; i < n; ++i) extent.centroid += submap.mean.segment<2>(submap.landmark_offset(i)) / static_cast<double>(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index at = submap.landmark_offset(i);
-    const double sigma_m = largest_sigma(submap.covariance.block<2, 2>(at, at));
-    const double distance_m = (submap.mean.segment<2>(at) - extent.centroid).norm();
-    extent.radius_m = std::max(extent.radius_m, distance_m);
-    extent.reach_m = std::max(extent.reach_m, distance_m + kReachSigmas * sigma_m);
-  }
-  extents_.push_back(extent);
+  const MapExtent extent = extent_of(submap);
   maps_.push_back({std::move(submap), {}});
-  attach(maps_.back());
+  if (!bases_are_given_) attach(maps_.back());
   level_->settle();
+  reach_.add(extent, *level_);
 
   JoinReport report;
   if (config_.association == AssociationMethod::kKnown) {
@@ -188,33 +198,13 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
     }
     return report;
   }
-  const std::vector<int> others = maps_in_reach(newest);
+  const std::vector<int> others = reach_.of_newest(*level_);
   report.append(pair_with(newest, others, false));
   for (const int other : others) report.append(pair_with(other, {newest}, true));
   std::vector<int> around = others;
   around.push_back(newest);
   merge_duplicates(around);
   return report;
-}
-
-std::vector<int> PortJoiner::maps_in_reach(int newest) const {
-  std::vector<int> others;
-  const Extent& own = extents_[static_cast<std::size_t>(newest)];
-  const PortMap& map = maps_[static_cast<std::size_t>(newest)];
-  if (map.submap.landmark_count() == 0) return others;
-  const Unknown own_base{UnknownKind::kBase, newest};
-  for (int k = 0; k < newest; ++k) {
-    const Extent& extent = extents_[static_cast<std::size_t>(k)];
-    if (maps_[static_cast<std::size_t>(k)].submap.landmark_count() == 0) continue;
-    const RelativePose tau = relative_pose(level_->values().base(k), level_->values().base(newest));
-    Eigen::Matrix<double, 2, 6> J;
-    const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, own.centroid);
-    J << J_tau * tau.J_i, J_tau * tau.J_j;
-    const Eigen::Matrix2d P = J * level_->covariance({{UnknownKind::kBase, k}, own_base}) * J.transpose();
-    const double gap_m = (tau.i_T_j * own.centroid - extent.centroid).norm() - own.reach_m - extent.reach_m;
-    if (gap_m <= kReachSigmas * largest_sigma(P)) others.push_back(k);  // (J-6)
-  }
-  return others;
 }
 
 std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
@@ -231,7 +221,7 @@ std::vector<PortJoiner::Match> PortJoiner::match_by_identity(int newest) const {
 }
 
 double PortJoiner::density_around(int observer, const std::vector<Sighting>& predicted) const {
-  const Extent& extent = extents_[static_cast<std::size_t>(observer)];
+  const MapExtent& extent = reach_.extent(observer);
   const PortMap& map = maps_[static_cast<std::size_t>(observer)];
   const double radius = std::max(extent.radius_m, kSmallestNeighbourhood_m);
   const Eigen::Vector2d centre = level_->values().base(observer) * extent.centroid;
@@ -379,6 +369,53 @@ void PortJoiner::finish() {
 GaussianSe2 PortJoiner::global_T_newest_base() const {
   const auto newest = static_cast<int>(maps_.size());
   return {level_->values().base(newest), level_->covariance({{UnknownKind::kBase, newest}})};
+}
+
+void PortJoiner::archive(Archive& a) {
+  std::map<std::int64_t, std::pair<int, Eigen::Index>> first_seen;  // a sighting by the number of its map
+  for (const auto& [id, sighting] : first_seen_) first_seen[id] = {sighting.map->base(), sighting.landmark};
+  bool has_compass = compass_.has_value();
+  CompassPorts compass = compass_.value_or(CompassPorts::kNone);
+  a("level", *level_);
+  a("maps", maps_);
+  a("reach", reach_);
+  a("first_seen", first_seen);
+  a("has_compass", has_compass);
+  a.choice("compass", compass, CompassPorts::kBorders);
+  a("compass_is_mean", compass_is_mean_);
+  a("last_mean_time_s", last_mean_time_s_);
+  a("landmark_ports", landmark_ports_);
+  a("compass_jumps", compass_jumps_);
+  a("merged", merged_);
+  a("wrongly_merged", wrongly_merged_);
+  if (!a.reading()) return;
+  a.require(reach_.maps() == maps_.size(), "has more or fewer extents than maps");
+  if (has_compass) compass_ = compass;
+  for (const auto& [id, sighting] : first_seen) {
+    a.require(sighting.first >= 0 && static_cast<std::size_t>(sighting.first) < maps_.size(), "has a landmark of a map that is not there");
+    first_seen_[id] = {&maps_[static_cast<std::size_t>(sighting.first)], sighting.second};
+  }
+  check_read();
+  level_->resume(maps_);
+}
+
+/// Throws InvalidArgument where maps, ports and level do not fit each other.
+void PortJoiner::check_read() const {
+  int next = 0;
+  for (const PortMap& map : maps_) {
+    const std::string name = "map " + std::to_string(next);
+    if (map.base() != next++) throw InvalidArgument(name, map.base(), "stands in the place of another");
+    for (const Port& port : map.ports) {
+      if (port.row < 0 || port.row + rows_of(port.unknown.kind) > map.submap.mean.size() || !level_->values().holds(port.unknown))
+        throw InvalidArgument(name, number(port.row), "has a port that is no entry of its state or of no unknown");
+    }
+  }
+  for (const auto& [id, sighting] : first_seen_) {
+    if (sighting.landmark < 0 || sighting.landmark >= sighting.map->submap.landmark_count())
+      throw InvalidArgument("landmark", number(sighting.landmark), "is none of its map");
+  }
+  if (level_->values().bases.size() != maps_.size() + 1)
+    throw InvalidArgument("bases", static_cast<double>(level_->values().bases.size()), "must be one more than the maps");
 }
 
 }  // namespace ssjs

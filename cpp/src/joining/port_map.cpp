@@ -36,6 +36,13 @@ void PortValues::move(const Unknown& unknown, const Eigen::Ref<const Eigen::Vect
   }
 }
 
+bool PortValues::holds(const Unknown& unknown) const {
+  const std::size_t size = unknown.kind == UnknownKind::kBase     ? bases.size()
+                           : unknown.kind == UnknownKind::kOffset ? offsets.size()
+                                                                  : landmarks.size();
+  return unknown.index >= 0 && static_cast<std::size_t>(unknown.index) < size;
+}
+
 std::optional<Unknown> PortMap::unknown_at(Eigen::Index row) const {
   const auto found = std::find_if(ports.begin(), ports.end(), [row](const Port& port) { return port.row == row; });
   if (found == ports.end()) return std::nullopt;

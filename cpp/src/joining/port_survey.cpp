@@ -1,6 +1,11 @@
 #include "ssjs/joining/port_survey.hpp"
 
 namespace ssjs {
+namespace {
+
+constexpr std::size_t kMaxJointLandmarks = 300;  // 3.2 MB a triangle, and growing with the square
+
+}  // namespace
 
 JoinReport PortSurvey::finish() {
   if (!maps().empty()) joiner_.finish();
@@ -20,6 +25,7 @@ SurveyEstimate PortSurvey::estimate(std::size_t max_joint_bases) const {
   }
   if (!bases.empty() && bases.size() <= max_joint_bases) estimate.base_covariance = level.covariance(bases);
   estimate.landmarks = landmarks_in_world(maps(), level);
+  if (estimate.landmarks.size() <= kMaxJointLandmarks) estimate.landmark_covariance = joint_landmark_covariance(maps(), level);
   return estimate;
 }
 

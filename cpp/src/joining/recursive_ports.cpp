@@ -167,4 +167,18 @@ Eigen::MatrixXd RecursivePorts::covariance(const std::vector<Unknown>& unknowns)
   return P_(rows, rows);
 }
 
+void RecursivePorts::resume(const std::deque<PortMap>& maps) {
+  factors_.resume(maps);
+  Eigen::Index rows = 0;
+  row_of_.clear();
+  for (const Block& block : blocks_) {
+    if (block.row != rows || !values_.holds(block.unknown))
+      throw InvalidArgument("block at row", static_cast<double>(block.row), "must follow the one before it and be of an unknown");
+    row_of_[block.unknown] = block.row;
+    rows += rows_of(block.unknown.kind);
+  }
+  if (P_.rows() != rows || P_.cols() != rows || turned_rad_.size() != values_.bases.size())
+    throw InvalidArgument("covariance of the ports", static_cast<double>(P_.rows()), "must have the rows of its unknowns");
+}
+
 }  // namespace ssjs

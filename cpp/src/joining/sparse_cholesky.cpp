@@ -164,6 +164,70 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& right) const {
   return result;
 }
 
+Eigen::MatrixXd SparseCholesky::joint_inverse(const std::vector<int>& blocks) const {
+  const int* const starts = factor_->column_starts();
+  const int* const lengths = factor_->column_lengths();
+  const int* const rows = factor_->rows();
+  const double* const L = factor_->values();
+  std::vector<std::pair<int, int>> asked;  // place in the elimination order, row of the answer
+  for (const int block : blocks) {
+    for (int r = starts_[at(block)]; r < starts_[at(block) + 1]; ++r) {
+      asked.emplace_back(factor_->place_of_row[at(r)], static_cast<int>(asked.size()));
+    }
+  }
+  std::sort(asked.begin(), asked.end());
+  std::vector<int> ways;  // C, ascending
+  std::vector<int> nth(factor_->L->n, -1);
+  for (const auto& [place, row] : asked) {
+    for (int j = place; nth[at(j)] < 0;) {  // the parent of a column is its first row below the diagonal
+      nth[at(j)] = 0;
+      ways.push_back(j);
+      if (lengths[j] == 1) break;
+      j = rows[starts[j] + 1];
+    }
+  }
+  std::sort(ways.begin(), ways.end());
+  for (std::size_t i = 0; i < ways.size(); ++i) nth[at(ways[i])] = static_cast<int>(i);
+
+  // (B-15): Y = L_CC^-1 E, some columns at a time and a row's entries side by side; A^-1 = Y' Y
+  constexpr Eigen::Index kTogether = 32;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto size = static_cast<Eigen::Index>(asked.size());
+  Rows Y = Rows::Zero(static_cast<Eigen::Index>(ways.size()), size);
+  Rows part;
+  std::vector<char> reached(ways.size());
+  for (Eigen::Index first = 0; first < size; first += kTogether) {
+    const Eigen::Index count = std::min(kTogether, size - first);
+    part.setZero(Y.rows(), count);
+    std::fill(reached.begin(), reached.end(), 0);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const int row = nth[at(asked[static_cast<std::size_t>(first + c)].first)];
+      part(row, c) = 1.0;
+      reached[at(row)] = 1;
+    }
+    for (std::size_t i = static_cast<std::size_t>(nth[at(asked[static_cast<std::size_t>(first)].first)]); i < ways.size(); ++i) {
+      if (reached[i] == 0) continue;
+      const int j = ways[i];
+      auto solved = part.row(static_cast<Eigen::Index>(i));
+      solved *= 1.0 / L[starts[j]];
+      for (int e = starts[j] + 1; e < starts[j] + lengths[j]; ++e) {
+        const int below = nth[at(rows[e])];
+        part.row(below) -= L[e] * solved;
+        reached[at(below)] = 1;
+      }
+    }
+    Y.middleCols(first, count) = part;
+  }
+  const Eigen::MatrixXd ordered = Y.transpose() * Y;
+  Eigen::MatrixXd inverse(size, size);
+  for (Eigen::Index j = 0; j < size; ++j) {
+    for (Eigen::Index i = 0; i < size; ++i) {
+      inverse(asked[static_cast<std::size_t>(i)].second, asked[static_cast<std::size_t>(j)].second) = ordered(i, j);
+    }
+  }
+  return inverse;
+}
+
 void SparseCholesky::invert_pattern() {
   const int* const starts = factor_->column_starts();
   const int* const lengths = factor_->column_lengths();

@@ -22,8 +22,11 @@ constexpr double kAttitudeHoldsS = 2.0;       // the same of roll and pitch, wit
 constexpr double kAttitudeLostS = 1800.0;     // ... unless they never come back
 constexpr double kUntoldTurn = 0.25;          // rad/sqrt(s): a survey's turns, where neither gyro nor compass tells of them
 constexpr double kLongestSilenceS = 4.0 * 3600.0;
-constexpr double kMostSteps = 1000.0;          // of one prediction, however long the silence
-constexpr Eigen::Index kInitialCapacity = 32;  // landmarks; grows when a map does
+constexpr double kMostSteps = 1000.0;  // of one prediction, however long the silence
+constexpr std::size_t kInitialSightings = 1024;
+constexpr Eigen::Index kInitialCapacity = 32;  // landmarks of a map without a limit; grows when a map does
+constexpr Eigen::Index kBeyondTheLimit = 4;    // a map that is full is closed at a tick with a velocity
+constexpr Eigen::Index kLargestReserved = 256;
 
 double squared(double x) { return x * x; }
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
@@ -52,13 +55,26 @@ double shortening(double variance) {
   return std::sqrt(1.5 - 2.0 * std::exp(-0.5 * variance) + 0.5 * std::exp(-2.0 * variance));
 }
 
+Eigen::Index landmark_capacity(const SplitPolicyConfig& policy) {
+  if (!policy.max_landmarks) return kInitialCapacity;
+  return std::min<Eigen::Index>(*policy.max_landmarks + kBeyondTheLimit, kLargestReserved);
+}
+
 bool corrects_heading(CompassUse use) { return use == CompassUse::kFilter || use == CompassUse::kFirstReading; }
 
 }  // namespace
 
-LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config)
-    : config_(checked(config)), filter_(kInitialCapacity), journal_(config.condition_trajectory) {
+LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config, StepSmoothing smoothing)
+    : config_(checked(config)),
+      filter_(landmark_capacity(config.split.policy)),
+      journal_(config.condition_trajectory),
+      smoothing_(smoothing) {
   if (config.condition_trajectory) filter_.watch(&journal_);
+  gated_.rows.reserve(kNavigationSensors);
+  gated_.sensors.reserve(kNavigationSensors);
+  gated_.distances.reserve(kNavigationSensors);
+  gated_.refused.reserve(kNavigationSensors);
+  seen_.reserve(kInitialSightings);
 }
 
 TickResult LevelledBuilder::feed(const NavigationTick& tick) {
@@ -78,21 +94,22 @@ TickResult LevelledBuilder::feed(const NavigationTick& tick) {
     return result;
   }
   predict_to(tick.time_s);
-  GatedRows gated = gated_rows(tick, true);
-  SightingAssociation association = associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association);
+  gate_rows(tick, true);
+  associate(tick);
   const double unlevelled_s = attitude_time_s_ ? time_s_ - *attitude_time_s_ : 0.0;
   const bool can_begin = unlevelled_s <= kAttitudeHoldsS || unlevelled_s > kAttitudeLostS;
-  if (can_begin && (gated.velocity_valid || !config_.split.needs_velocity_fix)) {
+  if (can_begin && (gated_.velocity_valid || !config_.split.needs_velocity_fix)) {
     if (const auto reason =
-            reason_to_close_map(static_cast<int>(association.fresh.size()))) {  // its samples are the new map's alone
-      result.closed = close(*reason);
-      begin_map(without(tick, gated.refused), result);
-      count_refused(gated.refused, result);
+            reason_to_close_map(static_cast<int>(association_.fresh.size()))) {  // its samples are the new map's alone
+      result.closed = close(*reason, &result.steps);
+      const std::vector<NavigationSensor> refused = gated_.refused;
+      begin_map(without(tick, refused), result);
+      count_refused(refused, result);
       return result;
     }
   }
-  count_refused(gated.refused, result);
-  use(tick, std::move(gated), association, result);
+  count_refused(gated_.refused, result);
+  use(tick, result);
   return result;
 }
 
@@ -103,8 +120,13 @@ void LevelledBuilder::count_refused(const std::vector<NavigationSensor>& refused
 
 void LevelledBuilder::begin_map(const NavigationTick& tick, TickResult& result) {
   start(tick);
-  use(tick, gated_rows(tick, false), associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association),
-      result);
+  gate_rows(tick, false);
+  associate(tick);
+  use(tick, result);
+}
+
+void LevelledBuilder::associate(const NavigationTick& tick) {
+  associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association, association_);
 }
 
 void LevelledBuilder::start(const NavigationTick& tick) {
@@ -133,7 +155,7 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   filter_.reset(x, P);
   journal_.clear();
   landmarks_.clear();
-  seen_s_.clear();
+  seen_.clear();
   start_time_s_ = time_s_ = tick.time_s;
   last_step_s_ = tick.time_s - 2.0 * config_.trajectory_interval_s;
   distance_m_ = shortened_m_ = 0.0;
@@ -167,8 +189,13 @@ void LevelledBuilder::predict_to(double time_s) {
   time_s_ = time_s;
 }
 
-LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tick, bool gates) const {
-  GatedRows gated;
+void LevelledBuilder::gate_rows(const NavigationTick& tick, bool gates) {
+  GatedRows& gated = gated_;
+  gated.rows.clear();
+  gated.sensors.clear();
+  gated.distances.clear();
+  gated.refused.clear();
+  gated.velocity_valid = false;
   const VehicleVector x = filter_.vehicle();
   const auto offer = [&](NavigationSensor sensor, const VehicleRows& vehicle, double gate_probability) {
     StateRows rows{vehicle};
@@ -198,7 +225,6 @@ LevelledBuilder::GatedRows LevelledBuilder::gated_rows(const NavigationTick& tic
   }
   if (tick.altitude_m)
     offer(NavigationSensor::kAltitude, altitude_rows(x, *tick.altitude_m, config_.altitude), config_.altitude.gate_probability);
-  return gated;
 }
 
 void LevelledBuilder::introduce_offset(double compass_rad, double sigma_rad) {
@@ -233,7 +259,9 @@ void LevelledBuilder::add_to_mean(double time_s, double compass_rad) {
   ++mean_samples_;
 }
 
-void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const SightingAssociation& association, TickResult& result) {
+void LevelledBuilder::use(const NavigationTick& tick, TickResult& result) {
+  GatedRows& gated = gated_;
+  const SightingAssociation& association = association_;
   if (tick.compass_rad && !std::isfinite(*tick.compass_rad))
     throw InvalidArgument("NavigationTick.compass_rad", *tick.compass_rad, "must be finite");
   const VehicleVector x = filter_.vehicle();
@@ -245,7 +273,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     gated.sensors.push_back(NavigationSensor::kSideScan);
     gated.rows.push_back(std::move(block));
     ++landmarks_[at(pair.prediction)].times_seen;
-    seen_s_[at(pair.prediction)].push_back(time_s_);
+    seen_.push_back({pair.prediction, time_s_});
   }
   for (const NavigationSensor sensor : gated.sensors) met_[static_cast<std::size_t>(sensor)] = true;
   const bool starts = time_s_ == start_time_s_ && landmarks_.empty();  // against a prior that is wide on purpose: no statistics
@@ -268,7 +296,7 @@ void LevelledBuilder::use(const NavigationTick& tick, GatedRows gated, const Sig
     if (!landmark) continue;
     filter_.add_landmark(*landmark);
     landmarks_.push_back({1, sighting.landmark_id, {static_cast<std::int64_t>(landmarks_.size())}});
-    seen_s_.push_back({time_s_});
+    seen_.push_back({filter_.landmarks() - 1, time_s_});
     ++result.added;
   }
   result.paired = static_cast<int>(association.pairs.size());
@@ -290,7 +318,7 @@ std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmark
   now.new_landmarks = new_landmarks;
   const VehicleVector x = filter_.vehicle();
   const VehicleMatrix P = filter_.vehicle_covariance();
-  const std::vector<Eigen::Index> planar{0, 1, 5};
+  constexpr std::array<Eigen::Index, 3> planar{0, 1, 5};
   now.submap_T_vehicle = {Se2::from_vector(x(planar)), P(planar, planar)};
   now.distance_m = distance_m_;
   now.duration_s = time_s_ - start_time_s_;
@@ -304,12 +332,13 @@ std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmark
 
 std::optional<LevelledSubmap> LevelledBuilder::finish(const std::string& reason) {
   if (!started_) return std::nullopt;
-  LevelledSubmap last = close(reason);
+  LevelledSubmap last = close(reason, nullptr);
   started_ = false;
   return last;
 }
 
-LevelledSubmap LevelledBuilder::close(const std::string& reason) {
+/// The steps are left to whoever wants them, where there is a place for them and the configuration says so.
+LevelledSubmap LevelledBuilder::close(const std::string& reason, std::optional<UnsmoothedSteps>* steps) {
   // no reading in this map: it says nothing of the offset but how it may have drifted, and so does not break the chain
   if (config_.compass_use == CompassUse::kFilter && !offset_known_) {
     introduce_offset(filter_.vehicle()(Layout::kAttitude + 2), kUnknownOffsetRad);
@@ -337,16 +366,22 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason) {
     mean.time_s = 0.5 * (mean_first_s_ + mean_last_s_);
     map.compass_mean = mean;
   }
-  map.steps = journal_.take_steps(filter_, kept);
+  if (steps != nullptr && smoothing_ == StepSmoothing::kByCaller) {
+    *steps = journal_.take_unsmoothed(filter_, kept, blank_ ? std::move(*blank_) : LevelledRecord(LevelledJournal::kMostBytes));
+    blank_.reset();
+  } else {
+    map.steps = journal_.take_steps(filter_, kept);
+  }
   for (Eigen::Index i = LevelledFilter::kVehicle; i < filter_.size(); ++i) kept.push_back(i);
   map.mean = filter_.mean()(kept);
   map.covariance = filter_.covariance()(kept, kept);
   map.covariance.topLeftCorner<3, 3>().diagonal().array() += kLeastVariance;
   if (map.compass == CompassPorts::kBorders) map.covariance(4, 4) += kLeastDriftVariance;
   map.landmarks = std::move(landmarks_);
-  map.seen_s = std::move(seen_s_);
+  map.seen_s.resize(map.landmarks.size());
+  for (const Seen& seen : seen_) map.seen_s[at(seen.landmark)].push_back(seen.time_s);
   landmarks_.clear();
-  seen_s_.clear();
+  seen_.clear();
   return map;
 }
 

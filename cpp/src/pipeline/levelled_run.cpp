@@ -118,6 +118,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   result.global_T_base = std::move(estimate.global_T_base);
   result.base_covariance = std::move(estimate.base_covariance);
   result.landmarks = std::move(estimate.landmarks);
+  result.landmark_covariance = std::move(estimate.landmark_covariance);
   result.existence = judge_existence(result.landmarks, estimate.steps, config.existence);
   result.live_maps = std::move(estimate.live_maps);
   result.compass_jumps = pipeline.compass_jumps();

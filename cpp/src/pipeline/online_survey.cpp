@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/base/whole_file.hpp"
+#include "ssjs/pipeline/checkpoint_file.hpp"
 #include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
@@ -18,10 +21,17 @@ const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   return config;
 }
 
+constexpr std::int64_t kMostCheckpointBytes = std::int64_t{8} << 30U;
+
+CheckpointOwner owner(const OnlineSurveyConfig& config) { return {"online survey", field_texts(config)}; }
+
 }  // namespace
 
 OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
-    : config_(checked(config)), window_(config.arrival), builder_(local_config(config.slam)), joiner_(joining_config(config.slam)) {
+    : config_(checked(config)),
+      window_(config.arrival),
+      builder_(local_config(config.slam), StepSmoothing::kByCaller),
+      joiner_(joining_config(config.slam)) {
   heard_s_.fill(-1.0);
 }
 
@@ -29,12 +39,12 @@ Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (finished_) throw InvalidArgument("sample", sample.time_s, "the mission is finished");
   const Arrival arrival = window_.put(sample);
   ++arrivals_[static_cast<std::size_t>(arrival)];
-  while (const std::optional<NavigationTick> due = window_.take()) step(*due);
+  while (const NavigationTick* const due = window_.take()) step(*due);
   return arrival;
 }
 
 void OnlineSurvey::step(const NavigationTick& tick) {
-  if (joining_.valid() && tick.time_s >= take_over_s_) take_over();
+  if (background_.has_job() && tick.time_s >= take_over_s_) take_over();
   std::array<int, kNavigationSensors> used_before{};
   for (std::size_t i = 0; i < kNavigationSensors; ++i) used_before[i] = builder_.statistics(static_cast<NavigationSensor>(i)).used;
   TickResult local = builder_.feed(tick);
@@ -42,7 +52,7 @@ void OnlineSurvey::step(const NavigationTick& tick) {
   for (std::size_t i = 0; i < kNavigationSensors; ++i) {
     if (builder_.statistics(static_cast<NavigationSensor>(i)).used > used_before[i]) heard_s_[i] = tick.time_s;
   }
-  if (local.closed) close(std::move(*local.closed));
+  if (local.closed) close(local);
   const PortJoinerConfig& joining = config_.slam.joining;
   if (builder_.index() == 0 && builder_.offset_known() && joining.north_offset_rad) {
     global_T_base_ = base_facing_north(builder_.filter(), *joining.north_offset_rad, joining.north_offset_sigma_rad);
@@ -50,20 +60,38 @@ void OnlineSurvey::step(const NavigationTick& tick) {
 }
 
 /// The new map stands at the end of the one before it until the background has found out better.
-void OnlineSurvey::close(LevelledSubmap submap) {
-  if (joining_.valid()) take_over();  // closings follow each other faster than the delay
+void OnlineSurvey::close(TickResult& finished) {
+  if (background_.has_job()) take_over();  // closings follow each other faster than the delay
+  LevelledSubmap& submap = *finished.closed;
   take_over_s_ = submap.end_time_s + config_.joining_delay_s;
   ++submaps_;
   global_T_base_ = compose_independent(global_T_base_, {submap.base_T_exit(), submap.covariance.topLeftCorner<3, 3>()});
-  joining_ = std::async(std::launch::async, [this, map = std::move(submap)]() mutable { return joiner_.take(std::move(map)); });
+  joining_.submap = std::move(submap);
+  joining_.steps = std::move(finished.steps);
+  const auto done = std::make_shared<std::promise<void>>();
+  is_joined_ = done->get_future().share();
+  background_.start([this, done, read = is_read_] {
+    if (read.valid()) read.wait();
+    try {
+      if (joining_.steps) joining_.submap.steps = joining_.steps->smoothed();
+      joining_.report = joiner_.take(std::move(joining_.submap));
+      joining_.global_T_newest_base = joiner_.global_T_newest_base();
+      done->set_value();
+    } catch (...) {
+      done->set_exception(std::current_exception());
+      throw;
+    }
+  });
 }
 
 void OnlineSurvey::take_over() {
-  if (joining_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) ++waits_;
-  const JoinReport report = joining_.get();
-  for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
+  if (!background_.is_done()) ++waits_;
+  background_.collect();
+  if (joining_.steps) builder_.reuse(std::move(joining_.steps->record));
+  joining_.steps.reset();
+  for (const LoopAttempt& loop : joining_.report.loops) loop_closures_ += loop.accepted ? 1 : 0;
   compass_jumps_ = joiner_.compass_jumps();
-  global_T_base_ = joiner_.global_T_newest_base();
+  global_T_base_ = joining_.global_T_newest_base;
 }
 
 std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
@@ -97,7 +125,7 @@ SurveyStatus OnlineSurvey::status() const {
   status.loop_closures = loop_closures_;
   status.compass_jumps = compass_jumps_;
   status.waits = waits_;
-  status.joining = joining_.valid();
+  status.joining = !background_.is_done();
   status.landmarks = static_cast<int>(builder_.filter().landmarks());
   status.silent_for_s.fill(-1.0);
   if (!started()) return status;
@@ -119,9 +147,10 @@ SurveyStatus OnlineSurvey::status() const {
 
 void OnlineSurvey::finish() {
   if (finished_) return;
-  while (const std::optional<NavigationTick> due = window_.take(true)) step(*due);
-  if (joining_.valid()) take_over();
+  while (const NavigationTick* const due = window_.take(true)) step(*due);
+  if (background_.has_job()) take_over();
   finished_ = true;
+  rest();
   if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
     const JoinReport report = joiner_.take(std::move(*last));
     for (const LoopAttempt& loop : report.loops) loop_closures_ += loop.accepted ? 1 : 0;
@@ -132,7 +161,9 @@ void OnlineSurvey::finish() {
 
 /// What the maps say is asked of them when the background rests.
 void OnlineSurvey::rest() {
-  if (joining_.valid()) joining_.wait();
+  for (const std::shared_future<void>& work : {is_joined_, is_read_}) {
+    if (work.valid()) work.wait();
+  }
 }
 
 std::vector<SurveyLandmark> OnlineSurvey::landmarks() {
@@ -148,6 +179,81 @@ std::vector<SurveyStep> OnlineSurvey::trajectory() {
     trajectory.insert(trajectory.end(), steps.begin(), steps.end());
   }
   return trajectory;
+}
+
+void OnlineSurvey::archive_joiner(Archive& a, bool joining) {
+  a("joiner", joiner_);
+  if (joining) a("joining", joining_);
+}
+
+void OnlineSurvey::read(Archive& a) {
+  bool joining = false;
+  archive(a);
+  a("joining", joining);
+  archive_joiner(a, joining);
+  a.end();
+  if (submaps_ < 0 || static_cast<std::size_t>(submaps_) != joiner_.maps().size()) {
+    throw InvalidArgument("submaps", submaps_, "must be those of the joiner");
+  }
+  if (joining) background_.start([] {});  // done, and to be taken over
+}
+
+std::string OnlineSurvey::checkpoint() {
+  rest();
+  Archive a;
+  bool joining = background_.has_job();
+  archive(a);
+  a("joining", joining);
+  archive_joiner(a, joining);
+  return seal_checkpoint(owner(config_), a.take_bytes(), "");
+}
+
+bool OnlineSurvey::checkpoint(const std::string& path) {
+  if (writing_.valid()) {
+    if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    writing_.get();
+  }
+  Archive now;
+  bool joining = background_.has_job();
+  archive(now);
+  now("joining", joining);
+  std::promise<void> read;
+  is_read_ = read.get_future().share();
+  writing_ =
+      std::async(std::launch::async, [this, path, joining, joined = is_joined_, own = now.take_bytes(), read = std::move(read)]() mutable {
+        Archive a;
+        try {
+          if (joined.valid()) joined.get();
+          archive_joiner(a, joining);
+        } catch (...) {
+          read.set_value();
+          throw;
+        }
+        read.set_value();
+        write_whole_file(path, seal_checkpoint(owner(config_), own, a.take_bytes()));
+      });
+  return true;
+}
+
+void OnlineSurvey::wait_for_checkpoint() {
+  if (writing_.valid()) writing_.get();
+}
+
+std::unique_ptr<OnlineSurvey> OnlineSurvey::restored(const OnlineSurveyConfig& config, std::string_view bytes, const std::string& source) {
+  auto survey = std::make_unique<OnlineSurvey>(config);
+  Archive a(open_checkpoint(owner(config), bytes, source), source);
+  try {
+    survey->read(a);
+  } catch (const FileError&) {
+    throw;
+  } catch (const Error& problem) {
+    throw FileError(source, 0, std::string("holds a state that cannot be: ") + problem.what());
+  }
+  return survey;
+}
+
+std::unique_ptr<OnlineSurvey> OnlineSurvey::restored_from(const OnlineSurveyConfig& config, const std::string& path) {
+  return restored(config, read_whole_file(path, kMostCheckpointBytes), path);
 }
 
 }  // namespace ssjs

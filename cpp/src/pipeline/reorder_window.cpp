@@ -10,6 +10,8 @@
 namespace ssjs {
 namespace {
 
+constexpr std::size_t kSightingsExpected = 4;  // of one time; more is a one-time growth
+
 bool is_finite(const NavigationTick& tick) {
   const auto scalar = [](const std::optional<double>& value) { return !value || std::isfinite(*value); };
   const auto sighting = [](const SideScanSighting& s) {
@@ -59,20 +61,29 @@ Arrival ReorderWindow::put(const NavigationTick& tick) {
     return Arrival::kTaken;
   }
   if (waiting_.size() >= static_cast<std::size_t>(config_.capacity)) return Arrival::kFlood;
-  waiting_.emplace(tick.time_s, tick);
+  if (spare_.empty()) {
+    waiting_.emplace(tick.time_s, tick).first->second.sightings.reserve(kSightingsExpected);
+  } else {
+    Ticks::node_type node = std::move(spare_.back());
+    spare_.pop_back();
+    node.key() = tick.time_s;
+    node.mapped() = tick;
+    waiting_.insert(std::move(node));
+  }
   newest_s_ = std::max(newest_s_.value_or(tick.time_s), tick.time_s);
   return Arrival::kTaken;
 }
 
-std::optional<NavigationTick> ReorderWindow::take(bool all) {
-  if (waiting_.empty()) return std::nullopt;
+const NavigationTick* ReorderWindow::take(bool all) {
+  if (waiting_.empty()) return nullptr;
   const auto oldest = waiting_.begin();
-  if (!all && !(*newest_s_ - oldest->first > config_.window_s)) return std::nullopt;
+  if (!all && !(*newest_s_ - oldest->first > config_.window_s)) return nullptr;
   given_out_s_ = oldest->first;
-  std::optional<NavigationTick> tick = std::move(oldest->second);
-  waiting_.erase(oldest);
-  std::sort(tick->sightings.begin(), tick->sightings.end(), comes_before);
-  return tick;
+  if (taken_) spare_.push_back(std::move(taken_));
+  taken_ = waiting_.extract(oldest);
+  NavigationTick& tick = taken_.mapped();
+  std::sort(tick.sightings.begin(), tick.sightings.end(), comes_before);
+  return &tick;
 }
 
 }  // namespace ssjs

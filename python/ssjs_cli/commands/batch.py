@@ -38,7 +38,8 @@ def batch(
 
     Finished missions are kept: the same command, with more missions or after a break, does the rest.
     """
-    from ssjs_cli.studies.batch import BatchRequest, run_batch
+    from ssjs_cli.studies.batch import run_batch
+    from ssjs_cli.studies.batch_plan import BatchRequest
     from ssjs_cli.studies.batch_text import answer_batch
     from ssjs_cli.studies.scenario_runs import executor_of
 

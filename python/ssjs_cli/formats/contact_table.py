@@ -134,11 +134,11 @@ def contacts_csv(contacts: Sequence[Contact], geodetic: Geodetic | None) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     for row in contact_rows(contacts, geodetic):
-        writer.writerow([_field(row[column], decimals) for column, decimals in COLUMNS.items()])
+        writer.writerow([csv_field(row[column], decimals) for column, decimals in COLUMNS.items()])
     return text.getvalue()
 
 
-def _field(value: Any, decimals: int | None) -> str:
+def csv_field(value: Any, decimals: int | None) -> str:
     if value is None:
         return ""
     text = str(value) if decimals is None else f"{float(value):.{decimals}f}"

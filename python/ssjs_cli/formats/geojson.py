@@ -37,36 +37,44 @@ def map_geojson(
     track_m: FloatArray, landmarks_m: FloatArray, covariances: FloatArray, landmark_ids: Sequence[int], geodetic: Geodetic
 ) -> str:
     """track_m (n, 2), thinned to MIN_TRACK_STEP_M; landmarks_m (l, 2); covariances (l, 3) xx xy yy."""
-    features = [_track(track_m, geodetic)]
+    features = [track_feature(track_m, geodetic)]
     for landmark_id, position_m, covariance in zip(landmark_ids, landmarks_m, covariances, strict=True):
         sigma_major_m = math.sqrt(max(float(np.linalg.eigvalsh(np.array([covariance[:2], covariance[1:]]))[-1]), 0.0))
         properties = {"kind": "landmark", "id": landmark_id, "sigma_major_m": round(sigma_major_m, 9)}
         features.append(_feature("Point", _coordinates(position_m[None, :], geodetic)[0], properties))
         outline = _coordinates(ellipse_outline(position_m, covariance), geodetic)
         features.append(_feature("Polygon", [outline], {"kind": "ellipse", "id": landmark_id, "probability": 0.95}))
-    return _collection(features)
+    return feature_collection(features)
 
 
 def survey_geojson(track_m: FloatArray, contacts: Sequence[Contact], geodetic: Geodetic) -> str:
     """track_m (n, 2) as above; contacts with the columns of contacts.csv as properties, and their ellipses."""
-    features = [_track(track_m, geodetic)] if len(track_m) else []
-    for contact, row in zip(contacts, contact_rows(contacts, geodetic), strict=True):
-        place = [round(float(row[key]), DEGREE_DECIMALS) for key in ("longitude_deg", "latitude_deg")]
-        properties: dict[str, Any] = {"kind": "contact"}
-        for column, decimals in COLUMNS.items():
-            if row[column] is not None:
-                properties[column] = row[column] if decimals is None else round(float(row[column]), decimals)
-        features.append(_feature("Point", place, properties))
+    properties: list[dict[str, Any]] = []
+    for row in contact_rows(contacts, geodetic):
+        told = {column: decimals for column, decimals in COLUMNS.items() if row[column] is not None}
+        properties.append(
+            {column: row[column] if decimals is None else round(float(row[column]), decimals) for column, decimals in told.items()}
+        )
+    features = [track_feature(track_m, geodetic)] if len(track_m) else []
+    return feature_collection([*features, *contact_features(contacts, properties, geodetic)])
+
+
+def contact_features(contacts: Sequence[Contact], properties: Sequence[dict[str, Any]], geodetic: Geodetic) -> list[dict[str, Any]]:
+    """A point with its properties, latitude_deg and longitude_deg among them, and its 95 % ellipse."""
+    features = []
+    for contact, told in zip(contacts, properties, strict=True):
+        place = [round(float(told[key]), DEGREE_DECIMALS) for key in ("longitude_deg", "latitude_deg")]
+        features.append(_feature("Point", place, {"kind": "contact", **told}))
         outline = _coordinates(ellipse_outline(np.array([contact.x_m, contact.y_m]), contact.covariance_m2), geodetic)
         features.append(_feature("Polygon", [outline], {"kind": "ellipse", "id": contact.id, "probability": 0.95}))
-    return _collection(features)
+    return features
 
 
-def _track(track_m: FloatArray, geodetic: Geodetic) -> dict[str, Any]:
-    return _feature("LineString", _coordinates(thinned(track_m), geodetic), {"kind": "track"})
+def track_feature(track_m: FloatArray, geodetic: Geodetic, **properties: Any) -> dict[str, Any]:
+    return _feature("LineString", _coordinates(thinned(track_m), geodetic), {"kind": "track", **properties})
 
 
-def _collection(features: Sequence[dict[str, Any]]) -> str:
+def feature_collection(features: Sequence[dict[str, Any]]) -> str:
     return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False) + "\n"
 
 

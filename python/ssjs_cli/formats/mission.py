@@ -99,6 +99,9 @@ class Geodetic(_Table):
     origin_longitude_deg: float = Field(ge=-180.0, le=180.0)
     heading_deg: float = Field(default=90.0, ge=-360.0, le=360.0)
     y_axis: Literal["left", "right"] = "left"
+    # How far the origin may be off, each axis, and the x axis turned: what other missions over the same ground are held against.
+    origin_sigma_m: float | None = Field(default=None, gt=0.0)
+    heading_sigma_deg: float | None = Field(default=None, gt=0.0)
 
 
 class ReferenceDescription(_Table):
@@ -572,7 +575,7 @@ def write_mission(directory: Path, mission: Mission) -> None:
     if mission.notes:
         document["mission"]["notes"] = mission.notes
     if mission.geodetic is not None:
-        document["geodetic"] = mission.geodetic.model_dump()
+        document["geodetic"] = mission.geodetic.model_dump(exclude_none=True)
     document["settings"] = dict(mission.settings)
     if not mission.reference.is_empty:
         document["reference"] = mission.reference.description.model_dump(exclude_none=True)

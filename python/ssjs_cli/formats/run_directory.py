@@ -13,6 +13,7 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.formats.atomic import holds_only, write_file
 from ssjs_cli.formats.g2o import Edge, PoseGraph, Vertex, edge_information, g2o_text
 from ssjs_cli.formats.geojson import map_geojson
+from ssjs_cli.formats.landmark_covariance import LANDMARK_COVARIANCE_FILE, write_landmark_covariance
 from ssjs_cli.formats.mission import Geodetic
 from ssjs_cli.formats.number_table import (
     EXACT,
@@ -75,6 +76,7 @@ RUN_FILES = (
     ONLINE_COVARIANCE_FILE,
     TRAJECTORY_SUBMAPS_FILE,
     LANDMARKS_FILE,
+    LANDMARK_COVARIANCE_FILE,
     SUBMAPS_FILE,
     BASES_FILE,
     GRAPH_FILE,
@@ -375,6 +377,7 @@ def write_estimate(directory: Path, estimate: Estimate, result: Mapping[str, Any
         [EXACT, SCIENTIFIC, WHOLE],
     )
     _write_landmarks(directory / LANDMARKS_FILE, estimate.landmarks)
+    write_landmark_covariance(directory, result["landmarks"].get("joint_covariance"))
     submaps = {key: numbers_of(result[key]) for key in ("submaps", "live_maps", "loops")}
     (directory / SUBMAPS_FILE).write_text(json_text(submaps), encoding="utf-8")
     (directory / GRAPH_FILE).write_text(g2o_text(submap_graph(result["submaps"])), encoding="utf-8")

@@ -32,6 +32,7 @@ class BuiltInVariant(StrictModel):
     seed: int | None = None
     settings: dict[str, Any] = Field(default_factory=dict)
     survey: dict[str, Any] = Field(default_factory=dict)
+    season: dict[str, Any] = Field(default_factory=dict)
     pictures: dict[str, Any] = Field(default_factory=dict)
 
 

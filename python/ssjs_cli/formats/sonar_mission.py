@@ -79,7 +79,7 @@ def write_sonar_mission(directory: Path, mission: SonarMission) -> None:
         "mission": {"name": mission.name, "description": f"side-scan log {mission.log.name}", "notes": choices},
     }
     if mission.origin is not None:
-        document["geodetic"] = mission.origin.model_dump()
+        document["geodetic"] = mission.origin.model_dump(exclude_none=True)
     document["import"] = mission.import_record.model_dump()
     (directory / MISSION_FILE).write_text(tomli_w.dumps(document), encoding="utf-8")
     write_navigation(directory, mission.navigation)

@@ -94,8 +94,10 @@ def body_points(sightings: Sequence[Sighting]) -> BodyPoints | None:
 
 
 def contacts_on_map(estimate: Estimate, sightings: Sequence[Sighting]) -> list[Contact]:
-    """One contact a confirmed landmark. What the sonar measured of it is that of its most trusted sighting."""
+    """One contact a confirmed landmark. What the sonar measured of it is that of its most trusted sighting. Its number is the landmark's;
+    of two that the source calls by one name, known twice and not found to be one, the second gets a new number."""
     landmarks = estimate.landmarks
+    taken: set[int] = set()
     best = best_sightings(estimate, sightings)
     contacts = []
     passes = landmarks.passes
@@ -113,6 +115,9 @@ def contacts_on_map(estimate: Estimate, sightings: Sequence[Sighting]) -> list[C
                 "existence": float(passes.existence[index]),
             }
         number = int(landmarks.ids[index])
+        if number in taken:
+            number = max(int(landmarks.ids.max()), *taken) + 1
+        taken.add(number)
         if index in best and best[index].picture is not None:
             sonar["snippet"] = f"{SNIPPETS_FOLDER}/{snippet_name(number)}"
         contacts.append(Contact(number, float(x), float(y), (xx, xy, yy), seen, depth_m=depth, **sonar))

@@ -4,6 +4,7 @@ from ssjs_cli.exit_codes import DONE, PARTLY_DONE
 from ssjs_cli.session import Session
 from ssjs_cli.studies import batch
 from ssjs_cli.studies.batch import Season
+from ssjs_cli.studies.season_output import REPORT_FILE
 from ssjs_cli.studies.tables import Column, terminal_table
 
 MAX_SHOWN = 20
@@ -28,6 +29,6 @@ def answer_batch(season: Season, session: Session) -> int:
     if len(season.rows) > MAX_SHOWN:
         title += f"; the first {MAX_SHOWN}, all in {season.folder / batch.SEASON_FILE}"
     table = terminal_table(title, COLUMNS, season.rows[:MAX_SHOWN])
-    files = f"results     {season.folder / batch.SEASON_FILE}\nreport      {season.folder / batch.REPORT_FILE}"
+    files = f"results     {season.folder / batch.SEASON_FILE}\nreport      {season.folder / REPORT_FILE}"
     session.answer(season.document, f"{table}\n\n{files}")
     return PARTLY_DONE if season.lost else DONE

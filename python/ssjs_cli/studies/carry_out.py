@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from ssjs_cli.errors import InterruptionError
@@ -18,7 +19,7 @@ class PlannedRun:
     identity: Mapping[str, Any]
     payload: Any
 
-    @property
+    @cached_property
     def key(self) -> str:
         return key_of(self.identity)
 
@@ -34,17 +35,28 @@ class CarriedOut:
 REFUSED = "refused"
 
 
-def carry_out(work: Work, runs: Sequence[PlannedRun], executor: Executor, folder: StudyFolder, label: str, session: Session) -> CarriedOut:
+def carry_out(
+    work: Work,
+    runs: Sequence[PlannedRun],
+    executor: Executor,
+    folder: StudyFolder,
+    label: str,
+    session: Session,
+    *,
+    finished: int = 0,
+) -> CarriedOut:
     """Each end of a run is stored at once, so that an interruption loses only what is under way. Runs that failed for a reason which
-    may pass are not stored: the next call tries them again."""
+    may pass are not stored: the next call tries them again. finished: how many others
+    the caller knows to be finished."""
     by_key = {run.key: run for run in runs}
     done = CarriedOut()
     for key, record in folder.finished(by_key).items():
         _note(done, key, record)
     missing = [Job(key, run.payload) for key, run in by_key.items() if key not in done.records and key not in done.reasons]
-    if missing and len(missing) < len(by_key):
-        session.message(f"{len(by_key) - len(missing)} of {len(by_key)} runs are finished already")
-    ended = len(by_key) - len(missing)
+    total = len(by_key) + finished
+    ended = total - len(missing)
+    if missing and ended:
+        session.message(f"{ended} of {total} runs are finished already")
     outcomes = executor.outcomes(work, missing)
     try:
         with interruptible(label) as progress:
@@ -57,10 +69,10 @@ def carry_out(work: Work, runs: Sequence[PlannedRun], executor: Executor, folder
                         _note_failure(done, outcome.key, outcome.reason, folder, outcome.fault)
                         if outcome.lasting:
                             folder.store(outcome.key, by_key[outcome.key].identity, {REFUSED: outcome.reason})
-                if not progress(ended / len(by_key)):
+                if not progress(ended / total):
                     break
     except (InterruptionError, KeyboardInterrupt) as error:
-        text = f"interrupted after {ended} of {len(by_key)} runs; the same command continues with {folder.path}"
+        text = f"interrupted after {ended} of {total} runs; the same command continues with {folder.path}"
         raise InterruptionError(text) from error
     finally:
         _close(outcomes)

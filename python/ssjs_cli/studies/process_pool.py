@@ -1,8 +1,10 @@
 """Worker processes on this machine. Each has a pipe of its own, so a worker that dies is known with the very job it had in hand."""
 
+import ctypes
 import multiprocessing
 import os
 import signal
+import sys
 import time
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,6 +17,8 @@ from ssjs_cli.studies.executor import MAX_ATTEMPTS, POLL_S, Job, Outcome, Work, 
 #: One worker computes on one thread: more would fight over the cores, and sums split over threads differ in their last digit.
 ONE_THREAD: Mapping[str, str] = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 STOP_TIMEOUT_S = 5.0
+#: Of prctl(2): the signal that a process gets when its parent dies.
+PR_SET_PDEATHSIG = 1
 #: A run ends itself at its time limit, but only between two steps of the method: so much later its process is ended.
 TIME_LIMIT_GRACE_S = 10.0
 
@@ -80,7 +84,7 @@ class _Worker:
     def __init__(self, work: Work) -> None:
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
-        self._process: BaseProcess = context.Process(target=_serve, args=(theirs, work), daemon=True)
+        self._process: BaseProcess = context.Process(target=_serve, args=(theirs, work, os.getpid()), daemon=True)
         with _environment(ONE_THREAD):
             self._process.start()
         theirs.close()  # so that the death of the process ends the pipe
@@ -133,15 +137,25 @@ class _Worker:
             self._process.join()
 
 
-def _serve(connection: Connection, work: Work) -> None:
+def _serve(connection: Connection, work: Work, parent: int) -> None:
     """The life of a worker: jobs in, outcomes out, until the pipe ends. Ctrl-C is the study's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _die_with(parent)
     try:
         while True:
             connection.send(attempt(work, connection.recv()))
     except (EOFError, OSError):
         return
+
+
+def _die_with(parent: int) -> None:
+    """Where the parent is killed its worker is too, by the system (Linux), and writes nothing while another call takes the study up again.
+    Elsewhere it ends with the job that it has in hand."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it died before we asked
+            os._exit(1)
 
 
 @contextmanager

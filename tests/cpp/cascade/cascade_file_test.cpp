@@ -77,6 +77,13 @@ TEST_F(CascadeFileTest, AnotherVersionIsRefusedByName) {
   }
 }
 
+TEST_F(CascadeFileTest, NumbersBeyondDoublePrecisionAreRefused) {
+  std::string json = to_json(sample_cascade());
+  const std::string known = "\"version\": 1";
+  json.replace(json.find(known), known.size(), "\"version\": 1e400");
+  EXPECT_THROW((void)from_json(json, "model.json"), FileError);
+}
+
 /// Cut off anywhere, or with any one byte changed, a file is read as a valid model or refused: nothing else happens.
 void expect_read_or_refused(const std::string& content, const std::function<HaarCascade(const std::string&)>& read, std::size_t stride) {
   for (std::size_t length = 0; length + 2 < content.size(); ++length)

@@ -1,10 +1,16 @@
-# cmake -DLIBRARY=FILE -DNM=PROGRAM -P exported_symbols.cmake: the symbols of ssjs::online are those of its namespace.
-execute_process(COMMAND "${NM}" --dynamic --defined-only --demangle "${LIBRARY}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
+# cmake -DLIBRARY=FILE -DNM=PROGRAM -P exported_symbols.cmake: the symbols that a library of ssjs::online shows, shared or archive, are those
+# of its namespace; what the standard library instantiated may stand beside them.
+if(LIBRARY MATCHES "\\.a$")
+  set(kind --extern-only)
+else()
+  set(kind --dynamic)
+endif()
+execute_process(COMMAND "${NM}" ${kind} --defined-only --demangle "${LIBRARY}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
 string(REPLACE ";" "," symbols "${symbols}")
 string(REPLACE "\n" ";" symbols "${symbols}")
 set(interface 0)
 foreach(symbol IN LISTS symbols)
-  if(symbol MATCHES "Eigen" OR (symbol MATCHES "ssjs::" AND NOT symbol MATCHES "ssjs::online::"))
+  if(symbol MATCHES "Eigen|nlohmann" OR (symbol MATCHES "ssjs::" AND NOT symbol MATCHES "ssjs::online::"))
     message(SEND_ERROR "exported: ${symbol}")
   elseif(symbol MATCHES "ssjs::online::")
     math(EXPR interface "${interface} + 1")

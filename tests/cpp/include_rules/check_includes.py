@@ -37,7 +37,7 @@ CONFINED = {
     r"(suitesparse/)?(cholmod|SuiteSparse|amd|camd|colamd|ccolamd)[\w.]*": r"src/joining/sparse_cholesky\.cpp",
     r"opencv2?/.*": r"(src|include/ssjs)/(imaging|cascade|optical|survey)/.*|bindings/.*",
     r"pugixml\.hpp": r"src/cascade/cascade_xml\.cpp",
-    r"nlohmann/.*": r"src/cascade/cascade_file\.cpp",
+    r"nlohmann/.*": r"src/(cascade/cascade|pipeline/checkpoint)_file\.cpp",
     r"dlib/.*": r"src/optical/.*",
     r"pybind11/.*": r"bindings/.*",
     r"Eigen/.*|unsupported/Eigen/.*": r"(src|bindings)/.*|include/ssjs/(?!base/|embed/).*",

@@ -6,6 +6,7 @@
 
 #include "joining/levelled_world.hpp"
 #include "ssjs/base/error.hpp"
+#include "ssjs/evaluation/consistency.hpp"
 
 namespace ssjs {
 namespace {
@@ -70,6 +71,8 @@ TEST(PortEstimate, P14_P15_AStepFollowsItsMapAsALandmarkThere) {
 TEST(PortEstimate, P13_LandmarksAreListedOnceAndTheirErrorsAreAsLargeAsTheyClaim) {
   double normalized = 0.0;
   int count = 0;
+  double joint = 0.0;
+  Eigen::Index joint_dof = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Rng rng(400 + seed);
     const testing::LevelledWorld world = testing::survey_world(rng);
@@ -81,6 +84,16 @@ TEST(PortEstimate, P13_LandmarksAreListedOnceAndTheirErrorsAreAsLargeAsTheyClaim
     }
     const std::vector<SurveyLandmark> landmarks = landmarks_in_world(joiner.maps(), joiner.level());
     ASSERT_EQ(landmarks.size(), seen.size());
+    const Eigen::MatrixXd P = joint_landmark_covariance(joiner.maps(), joiner.level());
+    Eigen::VectorXd errors(P.rows());
+    ASSERT_EQ(P.rows(), static_cast<Eigen::Index>(3 * landmarks.size()));
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      errors.segment<3>(at) = landmarks[i].position - world.landmarks[static_cast<std::size_t>(*landmarks[i].landmark.source_id)];
+      EXPECT_LT((P.block<3, 3>(at, at) - landmarks[i].covariance).norm(), 1e-9);
+    }
+    joint += normalized_squared_error(errors, P);
+    joint_dof += errors.size();
     for (const SurveyLandmark& landmark : landmarks) {
       const Eigen::Vector3d error = landmark.position - world.landmarks[static_cast<std::size_t>(*landmark.landmark.source_id)];
       normalized += error.dot(landmark.covariance.ldlt().solve(error)) / 3.0;
@@ -91,6 +104,9 @@ TEST(PortEstimate, P13_LandmarksAreListedOnceAndTheirErrorsAreAsLargeAsTheyClaim
   // the landmarks of one survey share its turn and place: 12 surveys, not hundreds of samples
   EXPECT_GT(normalized / count, 0.6);
   EXPECT_LT(normalized / count, 1.5);
+  const Band band = mean_band(static_cast<double>(joint_dof), 1);
+  EXPECT_GT(joint, band.lower);
+  EXPECT_LT(joint, band.upper);
 }
 
 TEST(PortEstimate, AGainThatDoesNotFitIsRefused) {

@@ -72,6 +72,35 @@ TEST(SparseCholesky, SolvesLikeTheDenseMatrix) {
   }
 }
 
+TEST(SparseCholesky, B15_JointInverseOfBlocksAnywhere) {
+  Rng rng(903);
+  for (int round = 0; round < 10; ++round) {
+    RandomMatrix matrix(rng);
+    ASSERT_FALSE(matrix.sparse.factorize().has_value());
+    const Eigen::MatrixXd inverse = matrix.dense.inverse();
+    const std::vector<int> all_of_it = [] {
+      std::vector<int> blocks;
+      for (int i = 29; i >= 0; --i) blocks.push_back(i);
+      return blocks;
+    }();
+    for (const std::vector<int>& blocks : {std::vector<int>{17}, std::vector<int>{25, 3, 11}, all_of_it}) {
+      const Eigen::MatrixXd joint = matrix.sparse.joint_inverse(blocks);
+      Eigen::Index i = 0;
+      for (const int a : blocks) {
+        Eigen::Index j = 0;
+        for (const int b : blocks) {
+          const Eigen::Index n_a = matrix.sizes[static_cast<std::size_t>(a)], n_b = matrix.sizes[static_cast<std::size_t>(b)];
+          const Eigen::MatrixXd expected = inverse.block(matrix.sparse.row_of(a), matrix.sparse.row_of(b), n_a, n_b);
+          EXPECT_LE((joint.block(i, j, n_a, n_b) - expected).cwiseAbs().maxCoeff(), 1e-8 * inverse.cwiseAbs().maxCoeff());
+          j += n_b;
+        }
+        i += matrix.sizes[static_cast<std::size_t>(a)];
+      }
+      EXPECT_EQ(joint.rows(), i);
+    }
+  }
+}
+
 TEST(SparseCholesky, B10_InverseWithinThePattern) {
   Rng rng(902);
   for (int round = 0; round < 10; ++round) {

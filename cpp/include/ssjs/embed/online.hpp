@@ -5,8 +5,8 @@
 /// Frames: x north (or ahead at the start), y to starboard of it, z down; body x forward, y starboard, z down. Roll positive with starboard
 /// down, pitch with the bow up, yaw clockwise. m, rad, s. Covariances row-major, of (x, y, z, roll, pitch, yaw) added to the estimate.
 ///
-/// Threads: an Estimator belongs to one thread at a time; two of them share nothing. It starts a short-lived thread whenever a submap is
-/// finished. No global state, no output, no exceptions but from the constructor.
+/// Threads: an Estimator belongs to one thread at a time; two of them share nothing. It starts a thread with its first submap, which works
+/// whenever one is finished. No global state, no output, no exceptions but from the constructor.
 #pragma once
 
 #include <cstddef>
@@ -127,6 +127,18 @@ class SSJS_ONLINE_API Estimator {
   std::size_t landmarks(Landmark* out, std::size_t capacity) noexcept;
   /// The corrected way, as landmarks().
   std::size_t trajectory(Pose* out, std::size_t capacity) noexcept;
+
+  /// The whole state, into a file that appears whole or not at all: taken now, written by a thread. False: the file before is still being
+  /// written, or could not be (see last_error()); nothing is done then.
+  bool checkpoint(const char* path) noexcept;
+  /// Waits for that file. False: it could not be written.
+  bool wait_for_checkpoint() noexcept;
+  /// The same as bytes, written to `out` when `capacity` suffices; returns how many they are, 0 on an error.
+  std::size_t checkpoint(void* out, std::size_t capacity) noexcept;
+  /// Becomes the estimator that was checkpointed, of the same settings. False: stays as it was, and last_error() says what is wrong with
+  /// the file or which setting differs.
+  bool restore(const char* path) noexcept;
+  bool restore(const void* bytes, std::size_t size) noexcept;
 
   /// Text of the last kFailed or false; empty when there was none. Valid until the next call.
   [[nodiscard]] const char* last_error() const noexcept;

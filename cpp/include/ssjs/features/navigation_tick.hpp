@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/sensors/navigation_sensors.hpp"
 #include "ssjs/sensors/side_scan.hpp"
 
@@ -19,6 +20,17 @@ struct NavigationTick {
   std::optional<double> altitude_m;
   std::optional<VelocitySample> velocity;
   SideScanSightings sightings;
+
+  void archive(Archive& a) {
+    a("time_s", time_s);
+    a("gyro_rad_s", gyro_rad_s);
+    a("roll_pitch_rad", roll_pitch_rad);
+    a("compass_rad", compass_rad);
+    a("depth_m", depth_m);
+    a("altitude_m", altitude_m);
+    a("velocity", velocity);
+    a("sightings", sightings);
+  }
 };
 
 [[nodiscard]] inline NavigationTick tick_at(double time_s) {

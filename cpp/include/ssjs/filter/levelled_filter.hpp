@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/filter/ekf.hpp"
 #include "ssjs/filter/symmetric_update.hpp"
 #include "ssjs/sensors/constant_velocity.hpp"
@@ -21,6 +22,12 @@ struct StateRows {
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3> H_landmark{};  ///< as many rows as `vehicle`; unused without a landmark
 
   [[nodiscard]] Eigen::Index rows() const { return vehicle.residual.size(); }
+
+  void archive(Archive& a) {
+    a("vehicle", vehicle);
+    a("landmark", landmark);
+    a("H_landmark", H_landmark);
+  }
 };
 
 /// Sees the linear operations on the error e = truth - estimate of a LevelledFilter, as they happen.
@@ -77,6 +84,7 @@ class LevelledFilter {
   [[nodiscard]] Eigen::MatrixXd covariance() const;  ///< a copy, both triangles
   /// P(pose, all), 6 x size(): pose = position and attitude.
   [[nodiscard]] Eigen::Matrix<double, 6, Eigen::Dynamic> pose_rows() const;
+  void read_pose_rows(Eigen::Ref<Eigen::Matrix<double, 6, Eigen::Dynamic>> rows) const;  ///< the same, into what is there
 
  private:
   void reserve(Eigen::Index landmarks);
@@ -91,6 +99,10 @@ class LevelledFilter {
   Eigen::VectorXd innovation_;
   SymmetricDowndate downdate_;
   LevelledFilterWatcher* watcher_ = nullptr;
+
+ public:
+  /// The estimate; the workspace is what the size of the map asks for.
+  void archive(Archive& a);
 };
 
 }  // namespace ssjs

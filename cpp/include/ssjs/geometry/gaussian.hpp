@@ -15,6 +15,11 @@ struct GaussianSe2 {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 
   [[nodiscard]] GaussianSe2 inverse() const;  ///< J P J', (S-4)
+
+  void archive(Archive& a) {
+    a("mean", mean);
+    a("covariance", covariance);
+  }
 };
 
 struct GaussianPoint2 {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "ssjs/base/angle.hpp"
+#include "ssjs/base/archive.hpp"
 
 namespace ssjs {
 
@@ -25,6 +26,12 @@ struct Se2 {
   [[nodiscard]] Se2 operator*(const Se2& b_T_c) const;
   /// a_T_b * b_p = a_p
   [[nodiscard]] Eigen::Vector2d operator*(const Eigen::Vector2d& b_p) const;
+
+  void archive(Archive& a) {
+    a("x", x);
+    a("y", y);
+    a("heading", heading);
+  }
 };
 
 /// left - right in additive coordinates, the heading wrapped.

@@ -23,9 +23,11 @@ class BatchPorts final : public PortLevel {
   void tie(const PortMap& map, const std::vector<Port>& ports) override;
   void drift(int from, double variance) override;
   void merge_landmarks(int keep, int gone) override;
-  /// Steps are halved while they do not reduce the cost; it ends where a step promises less than 1e-12 of half chi-squared.
+  /// Steps are halved while they do not reduce the cost; it ends where a step promises less than 1e-12 of half chi-squared. The Hessian is
+  /// factorised anew where a base turned by more than 1 mrad or moved by more than 0.1 m since, or steps get hardly smaller: near its
+  /// solution a factor of nearby serves as well.
   void settle() override;
-  void adjust() override { settle(); }
+  void adjust() override;
 
   [[nodiscard]] const PortValues& values() const override { return values_; }
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<Unknown>& unknowns) const override;
@@ -46,17 +48,25 @@ class BatchPorts final : public PortLevel {
   struct Drift {
     int from, to;
     double variance;
+
+    void archive(Archive& a) {
+      a("from", from);
+      a("to", to);
+      a("variance", variance);
+    }
   };
   void set_factor(const PortMap& map, const std::vector<Port>& more);
   void count_landmarks();
   void analyse();
-  double linearize();
+  double linearize(bool with_hessian);
+  void move(const PortValues& start, const Eigen::VectorXd& step);
+  [[nodiscard]] bool is_near(const PortValues& other) const;
   void factorize();
   [[nodiscard]] int slot(const Unknown& unknown) const;
   /// Free coordinates of an unknown: the first, and how many.
   [[nodiscard]] std::pair<Eigen::Index, Eigen::Index> free_rows(const Unknown& unknown) const;
   [[nodiscard]] std::string name_of(int slot) const;
-  [[nodiscard]] const Eigen::MatrixXd& columns_of(const Unknown& unknown) const;
+  void look_up(const std::vector<Unknown>& unknowns) const;  ///< into at_hand_
 
   PortValues values_;
   std::set<int> merged_;              ///< landmarks that are another by now
@@ -68,7 +78,33 @@ class BatchPorts final : public PortLevel {
   Eigen::VectorXd gradient_;
   double cost_ = 0.0;
   bool pattern_is_stale_ = true;
-  mutable std::map<Unknown, Eigen::MatrixXd> columns_;  ///< of the covariance, since the last factorisation
+  PortValues factorized_at_;
+  /// What was asked for since the last map came, together: the neighbourhood of that map is asked for again and again.
+  struct AtHand {
+    std::map<Unknown, Eigen::Index> rows;  ///< of the free coordinates
+    Eigen::MatrixXd covariance;            ///< by the last factorisation; empty when that is another by now
+
+    void archive(Archive& a) {
+      a("rows", rows);
+      a("covariance", covariance);
+    }
+  };
+  mutable AtHand at_hand_;
+  bool is_adjusted_ = false;  ///< no map came since
+
+ public:
+  /// Factors, pattern and factorisation follow from the ports and the values.
+  void archive(Archive& a) override {
+    a("values", values_);
+    a("merged", merged_);
+    a("drifts", drifts_);
+    a("prior", prior_);
+    a("pattern_is_stale", pattern_is_stale_);
+    a("factorized_at", factorized_at_);
+    a("at_hand", at_hand_);
+    a("is_adjusted", is_adjusted_);
+  }
+  void resume(const std::deque<PortMap>& maps) override;
 };
 
 }  // namespace ssjs

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/gaussian.hpp"
 #include "ssjs/mapping/submap.hpp"
 
@@ -22,6 +23,19 @@ struct LoopAttempt {
   std::optional<double> chi_squared;
   int dof = 0;
   double sigma_m = 0.0;  ///< uncertainty of the pairing before the decision
+
+  void archive(Archive& a) {
+    a("time_s", time_s);
+    a("from", from);
+    a("to", to);
+    a("accepted", accepted);
+    a("reason", reason);
+    a("pairs", pairs);
+    a("wrong_pairs", wrong_pairs);
+    a("chi_squared", chi_squared);
+    a("dof", dof);
+    a("sigma_m", sigma_m);
+  }
 };
 
 /// Two maps merged that follow each other in time, or one map associated with itself.
@@ -31,6 +45,15 @@ struct NeighbourJoin {
   std::optional<int> wrong_pairs;  ///< as in LoopAttempt
   double chi_squared = 0.0;
   int dof = 0;
+
+  void archive(Archive& a) {
+    a("from", from);
+    a("to", to);
+    a("pairs", pairs);
+    a("wrong_pairs", wrong_pairs);
+    a("chi_squared", chi_squared);
+    a("dof", dof);
+  }
 };
 
 struct JoinReport {
@@ -42,6 +65,14 @@ struct JoinReport {
   bool budget_exhausted = false;
 
   void append(const JoinReport& later);
+  /// All but the time it took.
+  void archive(Archive& a) {
+    a("candidates", candidates);
+    a("loops", loops);
+    a("neighbours", neighbours);
+    a("fusions", fusions);
+    a("budget_exhausted", budget_exhausted);
+  }
 };
 
 struct LandmarkEstimate {

@@ -24,6 +24,8 @@ struct SurveyLandmark {
 
 /// Every landmark of every map once: first the shared ones in the order of their unknowns, then the others map by map. (P-13)
 [[nodiscard]] std::vector<SurveyLandmark> landmarks_in_world(const std::deque<PortMap>& maps, const PortLevel& level);
+/// Covariance of all of them together, 3 rows each (x, y, depth), in that order. (P-13)
+[[nodiscard]] Eigen::MatrixXd joint_landmark_covariance(const std::deque<PortMap>& maps, const PortLevel& level);
 
 /// The vehicle at one time: global x, y (m), depth (m), roll, pitch, yaw (rad, in [-pi, pi)), additive covariance.
 struct SurveyStep {

@@ -14,6 +14,7 @@
 #include "ssjs/joining/port_association.hpp"
 #include "ssjs/joining/port_duplicates.hpp"
 #include "ssjs/joining/port_level.hpp"
+#include "ssjs/joining/port_reach.hpp"
 #include "ssjs/mapping/scan_association.hpp"
 
 namespace ssjs {
@@ -59,6 +60,9 @@ class PortJoiner {
  public:
   explicit PortJoiner(const PortJoinerConfig& config);
 
+  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (P-24). Their maps are
+  /// number 1 and on, number 0 being this datum; where they end is not asked.
+  void stand_on(const std::vector<GaussianSe2>& world_T_base);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
   JoinReport take(LevelledSubmap submap);
@@ -75,12 +79,6 @@ class PortJoiner {
   [[nodiscard]] int wrongly_merged() const { return wrongly_merged_; }
 
  private:
-  /// Landmarks of one map around their centroid, base frame.
-  struct Extent {
-    Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
-    double radius_m = 0.0;
-    double reach_m = 0.0;  ///< within which they may be: three standard deviations of each further
-  };
   /// Landmark `own` of the map in question is landmark `other` of another.
   struct Match {
     Eigen::Index own;
@@ -93,7 +91,6 @@ class PortJoiner {
   [[nodiscard]] int offset_at_start(const PortMap& map) const;
   [[nodiscard]] bool offset_is_shared() const;
 
-  [[nodiscard]] std::vector<int> maps_in_reach(int newest) const;
   [[nodiscard]] std::vector<Match> match_by_identity(int newest) const;
   JoinReport pair_with(int observer, const std::vector<int>& others, bool only_ports);
   void join(int observer, const std::vector<Match>& matches);
@@ -105,14 +102,22 @@ class PortJoiner {
   PortAssociationConfig association_;
   std::unique_ptr<PortLevel> level_;
   std::deque<PortMap> maps_;
-  std::vector<Extent> extents_;
+  PortReach reach_;
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;
+  bool bases_are_given_ = false;
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
   int merged_ = 0, wrongly_merged_ = 0;
+
+ public:
+  /// Reads into a new joiner.
+  void archive(Archive& a);
+
+ private:
+  void check_read() const;
 };
 
 }  // namespace ssjs

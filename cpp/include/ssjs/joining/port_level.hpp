@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace ssjs {
 struct OffsetPrior {
   double mean_rad = 0.0;
   double variance = 0.0;  ///< rad^2, > 0
+
+  void archive(Archive& a) {
+    a("mean_rad", mean_rad);
+    a("variance", variance);
+  }
 };
 
 /// Base 0 stands at the origin. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then the world's x axis is
@@ -36,6 +42,11 @@ class PortLevel : public PortKnowledge {
   virtual void settle() = 0;
   /// Gauss-Newton over everything, whatever the implementation.
   virtual void adjust() = 0;
+
+  /// What does not follow from the maps and their ports ...
+  virtual void archive(Archive& a) = 0;
+  /// ... and what does, once that and the maps were read.
+  virtual void resume(const std::deque<PortMap>& maps) = 0;
 };
 
 /// Appends to `values` what `map` says of the ports' unknowns, which are the next of their kinds (P-7).

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/se2.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
 
@@ -21,6 +22,11 @@ enum class UnknownKind {
 struct Unknown {
   UnknownKind kind;
   int index;
+
+  void archive(Archive& a) {
+    a.choice("kind", kind, UnknownKind::kLandmark);
+    a("index", index);
+  }
 };
 [[nodiscard]] inline bool operator==(const Unknown& a, const Unknown& b) { return a.kind == b.kind && a.index == b.index; }
 [[nodiscard]] inline bool operator<(const Unknown& a, const Unknown& b) { return a.kind != b.kind ? a.kind < b.kind : a.index < b.index; }
@@ -32,6 +38,12 @@ struct PortValues {
   std::vector<double> offsets;
   std::vector<Eigen::Vector3d> landmarks;
 
+  void archive(Archive& a) {
+    a("bases", bases);
+    a("offsets", offsets);
+    a("landmarks", landmarks);
+  }
+  [[nodiscard]] bool holds(const Unknown& unknown) const;
   [[nodiscard]] const Se2& base(int index) const { return bases[static_cast<std::size_t>(index)]; }
   [[nodiscard]] double offset(int index) const { return offsets[static_cast<std::size_t>(index)]; }
   [[nodiscard]] const Eigen::Vector3d& landmark(int index) const { return landmarks[static_cast<std::size_t>(index)]; }
@@ -43,6 +55,11 @@ struct PortValues {
 struct Port {
   Eigen::Index row;
   Unknown unknown;
+
+  void archive(Archive& a) {
+    a("row", row);
+    a("unknown", unknown);
+  }
 };
 
 /// A submap and those of its ports that are in use. Where the ports are is s(X); what is behind them follows by (P-5).
@@ -52,6 +69,11 @@ struct PortMap {
 
   [[nodiscard]] int base() const { return submap.index; }
   [[nodiscard]] std::optional<Unknown> unknown_at(Eigen::Index row) const;
+
+  void archive(Archive& a) {
+    a("submap", submap);
+    a("ports", ports);
+  }
 };
 
 /// Rows of these ports in the state of their map, one after the other.

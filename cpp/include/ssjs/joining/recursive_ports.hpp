@@ -34,6 +34,11 @@ class RecursivePorts final : public PortLevel {
   struct Block {
     Unknown unknown;
     Eigen::Index row;
+
+    void archive(Archive& a) {
+      a("unknown", unknown);
+      a("row", row);
+    }
   };
   /// J over listed unknowns -> over the whole state.
   [[nodiscard]] Eigen::MatrixXd over_state(const Eigen::MatrixXd& J, const std::vector<Unknown>& unknowns,
@@ -50,6 +55,17 @@ class RecursivePorts final : public PortLevel {
   Eigen::MatrixXd P_;
   std::vector<double> turned_rad_;  ///< by base: sum of the heading steps since the last linearisation
   int relinearizations_ = 0;
+
+ public:
+  void archive(Archive& a) override {
+    a("factors", factors_);
+    a("values", values_);
+    a("blocks", blocks_);
+    a("P", P_);
+    a("turned_rad", turned_rad_);
+    a("relinearizations", relinearizations_);
+  }
+  void resume(const std::deque<PortMap>& maps) override;
 };
 
 }  // namespace ssjs

@@ -1,5 +1,5 @@
 /// Cholesky factor of a sparse symmetric matrix made of small blocks, and parts of its inverse. CHOLMOD (simplicial, AMD) stays in the
-/// source file. docs/math/smoothing.md (B-9, B-10).
+/// source file. docs/math/smoothing.md (B-9, B-10, B-15).
 #pragma once
 
 #include <Eigen/Core>
@@ -44,6 +44,11 @@ class SparseCholesky {
 
   /// Columns of A^-1 right, by the last factor.
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+
+  /// The rows and columns of A^-1 that belong to these blocks, in this order, by the last factor. With C the rows on the ways from theirs
+  /// to the root of the elimination tree, A^-1 over C is (L_CC L_CC')^-1 whatever lies outside (B-15): the price is that of the ways, not
+  /// of the whole factor.
+  [[nodiscard]] Eigen::MatrixXd joint_inverse(const std::vector<int>& blocks) const;
 
   /// The inverse at every position of the factor's pattern (B-10), by the last factor; about the price of the factor itself.
   void invert_pattern();

@@ -16,6 +16,7 @@ struct SurveyEstimate {
   std::vector<GaussianSe2> global_T_base;  ///< by map: where it starts
   Eigen::MatrixXd base_covariance;         ///< of these together, 3 each, additive; empty where it is not known or would be too large
   std::vector<SurveyLandmark> landmarks;
+  Eigen::MatrixXd landmark_covariance;     ///< of these together, 3 each; empty where it is not known or would be too large
   std::vector<SurveyStep> steps;           ///< ascending time
   std::vector<LiveMapEstimate> live_maps;  ///< maps left, of one submap or of several
 };

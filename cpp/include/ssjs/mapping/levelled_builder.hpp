@@ -6,8 +6,10 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/features/navigation_tick.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/mapping/levelled_config.hpp"
@@ -26,6 +28,13 @@ struct SensorStatistics {
   int refused = 0;  ///< outside the gate; a velocity log without bottom lock is neither
   double nis_sum = 0.0;
   int dof = 0;
+
+  void archive(Archive& a) {
+    a("used", used);
+    a("refused", refused);
+    a("nis_sum", nis_sum);
+    a("dof", dof);
+  }
 };
 
 struct TickResult {
@@ -35,21 +44,33 @@ struct TickResult {
   int wrong_pairs = 0;                   ///< pairs whose source identities differ, where both are known
   bool remembered = false;               ///< the pose of this tick is a step of its map
   std::optional<LevelledSubmap> closed;  ///< the map that this tick finished; its samples are the new one's
+  std::optional<UnsmoothedSteps> steps;  ///< of the closed map, where the builder does not smooth them itself
+};
+
+/// Who smooths the steps of a finished map, which takes as long as some hundred ticks.
+enum class StepSmoothing {
+  kAtClosing,  ///< the tick that closes a map
+  kByCaller,   ///< whoever gets TickResult::steps, when there is time
 };
 
 class LevelledBuilder {
  public:
   /// Throws InvalidArgument listing every violation of the configuration.
-  explicit LevelledBuilder(const LevelledBuilderConfig& config);
+  explicit LevelledBuilder(const LevelledBuilderConfig& config, StepSmoothing smoothing = StepSmoothing::kAtClosing);
   LevelledBuilder(const LevelledBuilder&) = delete;  // the filter reports to the journal beside it
   LevelledBuilder& operator=(const LevelledBuilder&) = delete;
   ~LevelledBuilder() = default;
 
-  /// The first tick starts the first map. Throws InvalidArgument for a time before the last one or a sample that is not finite.
+  /// The first tick starts the first map. Throws InvalidArgument for a time before the last one or a sample that is not finite. Takes
+  /// memory from the heap where a map ends or gains a landmark, where a map is longer than all before it, and where a ping shows several
+  /// points without identities; nowhere else.
   TickResult feed(const NavigationTick& tick);
 
   /// Finishes the present map as it is, at the end of a mission. Nothing before the first tick.
   [[nodiscard]] std::optional<LevelledSubmap> finish(const std::string& reason);
+
+  /// The record of a map whose steps were smoothed: its memory serves a later map.
+  void reuse(LevelledRecord record) { blank_ = std::move(record); }
 
   [[nodiscard]] int index() const { return index_; }
   [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
@@ -73,18 +94,32 @@ class LevelledBuilder {
   void start(const NavigationTick& tick);
   void count_refused(const std::vector<NavigationSensor>& refused, TickResult& result);
   void predict_to(double time_s);
-  [[nodiscard]] GatedRows gated_rows(const NavigationTick& tick, bool gates) const;
+  void gate_rows(const NavigationTick& tick, bool gates);  ///< into gated_
+  void associate(const NavigationTick& tick);              ///< into association_
   void introduce_offset(double compass_rad, double sigma_rad);
   void add_to_mean(double time_s, double compass_rad);
-  void use(const NavigationTick& tick, GatedRows gated, const SightingAssociation& association, TickResult& result);
+  void use(const NavigationTick& tick, TickResult& result);
   [[nodiscard]] std::optional<std::string> reason_to_close_map(int new_landmarks) const;
-  [[nodiscard]] LevelledSubmap close(const std::string& reason);
+  [[nodiscard]] LevelledSubmap close(const std::string& reason, std::optional<UnsmoothedSteps>* steps);
 
   LevelledBuilderConfig config_;
   LevelledFilter filter_;
   LevelledJournal journal_;
   std::vector<MapLandmark> landmarks_;
-  std::vector<std::vector<double>> seen_s_;  ///< of each landmark
+  struct Seen {
+    Eigen::Index landmark;
+    double time_s;
+
+    void archive(Archive& a) {
+      a("landmark", landmark);
+      a("time_s", time_s);
+    }
+  };
+  std::vector<Seen> seen_;  ///< in the order of time
+  StepSmoothing smoothing_;
+  std::optional<LevelledRecord> blank_;  ///< for the next map
+  GatedRows gated_;                      ///< of the tick at hand
+  SightingAssociation association_;      ///< of the tick at hand
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
   std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
   double gyro_time_s_ = 0.0;
@@ -101,6 +136,38 @@ class LevelledBuilder {
   // compass kept out of the filter
   int mean_samples_ = 0;
   double mean_reference_rad_ = 0.0, mean_sum_rad_ = 0.0, mean_first_s_ = 0.0, mean_last_s_ = 0.0;
+
+ public:
+  void archive(Archive& a) {
+    a("filter", filter_);
+    a("journal", journal_);
+    a("landmarks", landmarks_);
+    a("seen", seen_);
+    a("statistics", statistics_);
+    a("gyro_rad_s", gyro_rad_s_);
+    a("gyro_time_s", gyro_time_s_);
+    a("attitude_time_s", attitude_time_s_);
+    a.unbounded("compass_time_s", compass_time_s_);
+    a("met", met_);
+    a("index", index_);
+    a("started", started_);
+    a("start_time_s", start_time_s_);
+    a("time_s", time_s_);
+    a("last_step_s", last_step_s_);
+    a("distance_m", distance_m_);
+    a("shortened_m", shortened_m_);
+    a("offset_known", offset_known_);
+    a("mean_samples", mean_samples_);
+    a("mean_reference_rad", mean_reference_rad_);
+    a("mean_sum_rad", mean_sum_rad_);
+    a("mean_first_s", mean_first_s_);
+    a("mean_last_s", mean_last_s_);
+    a.require(!started_ || filter_.landmarks() == static_cast<Eigen::Index>(landmarks_.size()),
+              "has another number of landmarks in its filter than beside it");
+    for (const Seen& seen : seen_) {
+      a.require(seen.landmark >= 0 && seen.landmark < static_cast<Eigen::Index>(landmarks_.size()), "saw a landmark that is not there");
+    }
+  }
 };
 
 }  // namespace ssjs

@@ -4,29 +4,32 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <deque>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
+#include "ssjs/mapping/levelled_record.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
 
 namespace ssjs {
 
+/// What it remembers lies in memory that is kept from map to map.
 class LevelledJournal final : public LevelledFilterWatcher {
  public:
   static constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
 
   /// Without conditions, steps stay as filtered (a gain of zero on the exit) and nothing else is remembered. The same becomes of the
   /// oldest steps of a map for which `most_bytes` do not suffice: hours in one map.
-  explicit LevelledJournal(bool conditions = true, std::size_t most_bytes = kMostBytes)
-      : conditions_(conditions), most_bytes_(most_bytes) {}
+  explicit LevelledJournal(bool conditions = true, std::size_t most_bytes = kMostBytes) : conditions_(conditions), record_(most_bytes) {}
 
-  void clear();
+  void clear() { record_.clear(); }
 
-  void on_predict(const VehicleMatrix& F) override;
+  void on_predict(const VehicleMatrix& F) override { record_.predict(F); }
   void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
-                 const Eigen::Ref<const Eigen::MatrixXd>& L) override;
-  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override;
+                 const Eigen::Ref<const Eigen::MatrixXd>& L) override {
+    record_.update(rows, Y, L);
+  }
+  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override { record_.add(J_vehicle); }
 
   /// The present pose becomes a step of the trajectory.
   void step(double time_s, const LevelledFilter& filter);
@@ -34,28 +37,17 @@ class LevelledJournal final : public LevelledFilterWatcher {
   /// Hands the steps over, smoothed, with their gain on these entries of the filter's present state. The journal is empty
   /// then.
   [[nodiscard]] std::vector<LevelledStep> take_steps(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit);
+  /// The same without the work, which costs as much as some hundred filter steps; goes on in `blank`, a record with this journal's limit.
+  [[nodiscard]] UnsmoothedSteps take_unsmoothed(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit, LevelledRecord blank);
 
  private:
-  enum class Kind { kStep, kUpdate, kAdd };
-  struct Entry {
-    Kind kind = Kind::kStep;
-    VehicleMatrix F;                                           ///< of the motion since the entry before
-    Eigen::MatrixXd Y, L;                                      ///< kUpdate; kStep: Y = P(pose, all)
-    std::vector<StateRows> rows;                               ///< kUpdate
-    Eigen::Matrix<double, 3, VehicleLayout::kSize> J_vehicle;  ///< kAdd
-  };
-
-  Entry& push(Kind kind);
-  void limit();
-  [[nodiscard]] static std::size_t bytes_of(const Entry& entry);
-  [[nodiscard]] std::vector<LevelledStep> take();
+  [[nodiscard]] static Eigen::MatrixXd exit_covariance(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit);
 
   bool conditions_;
-  std::size_t most_bytes_;
-  std::size_t bytes_ = 0;      ///< of the entries
-  std::deque<Entry> entries_;  ///< without those that were forgotten
-  std::vector<LevelledStep> steps_;
-  VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry
+  LevelledRecord record_;
+
+ public:
+  void archive(Archive& a) { a("record", record_); }
 };
 
 }  // namespace ssjs

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/gaussian.hpp"
 #include "ssjs/geometry/se2.hpp"
 #include "ssjs/mapping/submap.hpp"
@@ -24,6 +25,12 @@ struct CompassMean {
   double offset_rad = 0.0;  ///< in [-pi, pi)
   double variance = 0.0;    ///< rad^2: samples, heading drift and offset drift within the map
   double time_s = 0.0;      ///< the middle of the samples
+
+  void archive(Archive& a) {
+    a("offset_rad", offset_rad);
+    a("variance", variance);
+    a("time_s", time_s);
+  }
 };
 
 /// The vehicle at one time, x y z (m, z = depth, positive down) roll pitch yaw (rad): x, y, yaw in the base frame of the map, z, roll and
@@ -35,6 +42,14 @@ struct LevelledStep {
   Matrix6d covariance = Matrix6d::Zero();                                            ///< of that estimate
   Eigen::Matrix<double, 6, Eigen::Dynamic> gain;                                     ///< at least 3 columns, at most the whole state
   Matrix6d conditional_covariance = Matrix6d::Zero();
+
+  void archive(Archive& a) {
+    a("time_s", time_s);
+    a("base_T_vehicle", base_T_vehicle);
+    a("covariance", covariance);
+    a("gain", gain);
+    a("conditional_covariance", conditional_covariance);
+  }
 };
 
 /// The base is level: z = 0 at the sea surface, x, y and heading those of the vehicle when the map started (exactly 0). A map does not
@@ -67,6 +82,23 @@ struct LevelledSubmap {
   [[nodiscard]] Eigen::Index landmark_count() const { return static_cast<Eigen::Index>(landmarks.size()); }
   [[nodiscard]] Eigen::Index landmark_offset(Eigen::Index nth) const { return 3 + compass_rows() + 3 * nth; }
   [[nodiscard]] auto landmark(Eigen::Index nth) const { return Eigen::seqN(landmark_offset(nth), Eigen::fix<3>); }
+
+  void archive(Archive& a) {
+    a("index", index);
+    a("start_time_s", start_time_s);
+    a("end_time_s", end_time_s);
+    a("closed_because", closed_because);
+    a.choice("compass", compass, CompassPorts::kBorders);
+    a("compass_mean", compass_mean);
+    a("mean", mean);
+    a("covariance", covariance);
+    a("landmarks", landmarks);
+    a("seen_s", seen_s);
+    a("steps", steps);
+    a.require(mean.size() == landmark_offset(landmark_count()) && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
+              "has a mean, a covariance and landmarks that do not fit each other");
+    a.require(seen_s.empty() || seen_s.size() == landmarks.size(), "has sighting times of more or fewer landmarks than it has");
+  }
 };
 
 }  // namespace ssjs

@@ -17,8 +17,9 @@ struct SightingAssociation {
 
 /// Pairs along and across track (or along the slant range), the two components that side-scan sees; the height does not decide.
 /// kKnown pairs by identity; a pair outside the gate of the sonar is misread, and neither used nor new.
-[[nodiscard]] SightingAssociation associate_sightings(const SideScanSightings& sightings, const LevelledFilter& filter,
-                                                      const std::vector<MapLandmark>& landmarks, const SideScanConfig& side_scan,
-                                                      const ScanAssociationConfig& config);
+/// The answer's memory is used again. A single point, and points with identities, take none from the heap; several without identities are
+/// searched jointly, which does.
+void associate_sightings(const SideScanSightings& sightings, const LevelledFilter& filter, const std::vector<MapLandmark>& landmarks,
+                         const SideScanConfig& side_scan, const ScanAssociationConfig& config, SightingAssociation& answer);
 
 }  // namespace ssjs

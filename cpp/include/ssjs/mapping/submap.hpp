@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/filter/map_state.hpp"
 
 namespace ssjs {
@@ -14,6 +15,12 @@ struct MapLandmark {
   int times_seen = 0;
   std::optional<std::int64_t> source_id;  ///< identity given by the source of its first sighting, where it gives one
   std::vector<std::int64_t> tracks{};     ///< every track of observations that was found to be this landmark
+
+  void archive(Archive& a) {
+    a("times_seen", times_seen);
+    a("source_id", source_id);
+    a("tracks", tracks);
+  }
 
   /// `other` was found to be the same landmark.
   void take(const MapLandmark& other) {

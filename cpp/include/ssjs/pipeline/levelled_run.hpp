@@ -28,6 +28,7 @@ struct LevelledResult {
   std::vector<GaussianSe2> global_T_base;
   Eigen::MatrixXd base_covariance;        ///< of all bases, 3 each; empty in a long mission
   std::vector<SurveyLandmark> landmarks;  ///< confirmed ones and others
+  Eigen::MatrixXd landmark_covariance;    ///< of all of them, 3 each; empty where there are too many or the method does not know it
   ExistenceModel existence{};             ///< learnt on the way
   std::vector<LiveMapEstimate> live_maps;
   std::array<SensorStatistics, kNavigationSensors> sensors{};

@@ -5,13 +5,16 @@
 #include <array>
 #include <cstdint>
 #include <future>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
+#include "ssjs/pipeline/background_worker.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
 
@@ -54,7 +57,7 @@ struct SurveyStatus {
   int loop_closures = 0;  ///< pairs of maps tied so far
   int compass_jumps = 0;
   int waits = 0;         ///< times that the caller had to wait for the background
-  bool joining = false;  ///< the background is at work
+  bool joining = false;  ///< the background is at work; not a matter of the samples alone
 };
 
 class OnlineSurvey {
@@ -64,6 +67,8 @@ class OnlineSurvey {
   OnlineSurvey(const OnlineSurvey&) = delete;
   OnlineSurvey& operator=(const OnlineSurvey&) = delete;
   ~OnlineSurvey() = default;  // waits for the background
+
+  [[nodiscard]] const OnlineSurveyConfig& config() const { return config_; }
 
   /// Takes one sample, or several of one time. Everything that is due goes through the filter.
   Arrival feed(const NavigationTick& sample);
@@ -80,16 +85,32 @@ class OnlineSurvey {
   [[nodiscard]] std::vector<SurveyLandmark> landmarks();
   [[nodiscard]] std::vector<SurveyStep> trajectory();
 
+  /// The whole state, whatever the background is doing: see restored(). Nothing that follows is changed by it.
+  [[nodiscard]] std::string checkpoint();
+  /// The same into a file, which appears as a whole or not at all. The state is taken now; a thread writes it. False, and nothing is done,
+  /// while the file before is still being written. Throws FileError when that one could not be.
+  [[nodiscard]] bool checkpoint(const std::string& path);
+  /// Waits for that file. Throws FileError when it could not be written.
+  void wait_for_checkpoint();
+
+  /// The survey as it was at its checkpoint: fed with what came after it, it ends with the same bytes. Throws FileError, with `source` as
+  /// its path, saying what is wrong with the bytes, or which setting differs.
+  [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored(const OnlineSurveyConfig& config, std::string_view bytes,
+                                                              const std::string& source);
+  [[nodiscard]] static std::unique_ptr<OnlineSurvey> restored_from(const OnlineSurveyConfig& config, const std::string& path);
+
  private:
+  void archive_joiner(Archive& a, bool joining);
+  void read(Archive& a);
   void step(const NavigationTick& tick);
-  void close(LevelledSubmap submap);
+  void close(TickResult& finished);
   void take_over();
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
   ReorderWindow window_;
   LevelledBuilder builder_;
-  PortJoiner joiner_;          ///< the background's while `joining_` is valid
+  PortJoiner joiner_;          ///< the background's while it has a job
   GaussianSe2 global_T_base_;  ///< of the map that is being built
   double take_over_s_ = 0.0;
   std::array<std::int64_t, 6> arrivals_{};
@@ -100,7 +121,41 @@ class OnlineSurvey {
   int waits_ = 0;
   std::int64_t steps_ = 0;
   bool finished_ = false;
-  std::future<JoinReport> joining_;  ///< last: its destructor waits before anything else goes
+  /// What the background works on, and what came of it.
+  struct Joining {
+    LevelledSubmap submap;
+    std::optional<UnsmoothedSteps> steps;
+    JoinReport report;
+    GaussianSe2 global_T_newest_base;
+
+    /// Once the background is done.
+    void archive(Archive& a) {
+      a("report", report);
+      a("global_T_newest_base", global_T_newest_base);
+    }
+  };
+  Joining joining_;
+  // Who reads the joiner's state waits for the join before it, a join for who reads.
+  std::shared_future<void> is_joined_, is_read_;
+  // last: their destructors wait before anything else goes
+  BackgroundWorker background_;
+  std::future<void> writing_;  ///< a checkpoint
+
+ public:
+  /// All but the joiner; waits_ is of this process.
+  void archive(Archive& a) {
+    a("window", window_);
+    a("builder", builder_);
+    a("global_T_base", global_T_base_);
+    a("take_over_s", take_over_s_);
+    a("arrivals", arrivals_);
+    a("heard_s", heard_s_);
+    a("loop_closures", loop_closures_);
+    a("compass_jumps", compass_jumps_);
+    a("submaps", submaps_);
+    a("steps", steps_);
+    a("finished", finished_);
+  }
 };
 
 }  // namespace ssjs

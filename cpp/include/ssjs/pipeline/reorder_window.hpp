@@ -3,7 +3,9 @@
 
 #include <map>
 #include <optional>
+#include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/features/navigation_tick.hpp"
 
 namespace ssjs {
@@ -43,7 +45,8 @@ class ReorderWindow {
 
   /// The oldest tick, once it is due; with `all` also when it is not (the end of a mission). Samples of its time or before are kLate from
   /// now on.
-  [[nodiscard]] std::optional<NavigationTick> take(bool all = false);
+  /// Valid until the next call; nullptr when nothing is due.
+  [[nodiscard]] const NavigationTick* take(bool all = false);
 
   [[nodiscard]] const std::map<double, NavigationTick>& waiting() const { return waiting_; }  ///< by time
   [[nodiscard]] std::optional<double> newest_s() const { return newest_s_; }
@@ -52,11 +55,24 @@ class ReorderWindow {
   [[nodiscard]] bool is_jump(double time_s);
 
   ReorderConfig config_;
-  std::map<double, NavigationTick> waiting_;
-  std::optional<double> newest_s_;     ///< of all samples believed
-  std::optional<double> given_out_s_;  ///< of the last tick taken
-  std::optional<double> suspect_s_;    ///< of the last sample beyond the gap
+  using Ticks = std::map<double, NavigationTick>;
+  Ticks waiting_;
+  std::vector<Ticks::node_type> spare_;  ///< what was taken gives its memory to what comes
+  Ticks::node_type taken_;               ///< the last one
+  std::optional<double> newest_s_;       ///< of all samples believed
+  std::optional<double> given_out_s_;    ///< of the last tick taken
+  std::optional<double> suspect_s_;      ///< of the last sample beyond the gap
   int suspects_ = 0;
+
+ public:
+  void archive(Archive& a) {
+    a("waiting", waiting_);
+    a("newest_s", newest_s_);
+    a("given_out_s", given_out_s_);
+    a("suspect_s", suspect_s_);
+    a("suspects", suspects_);
+    a.require(waiting_.empty() || newest_s_.has_value(), "holds samples but no newest one");
+  }
 };
 
 }  // namespace ssjs

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/sensors/vehicle_state.hpp"
 
@@ -78,6 +79,12 @@ struct VelocitySample {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< axes of the instrument
   bool bottom_lock = true;                                 ///< false: not a velocity over the ground, and never used
   std::optional<double> sigma_m_s;                         ///< where the log gives it
+
+  void archive(Archive& a) {
+    a("velocity_m_s", velocity_m_s);
+    a("bottom_lock", bottom_lock);
+    a("sigma_m_s", sigma_m_s);
+  }
 };
 
 /// Turn rates for the lever arm of the velocity log: exact inputs here, their noise is in the prediction.

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "ssjs/base/archive.hpp"
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/sensors/vehicle_state.hpp"
 
@@ -48,6 +49,12 @@ struct SideScanSighting {
   Eigen::Vector3d vehicle_p_point = Eigen::Vector3d::Zero();  ///< m, body frame
   std::optional<Eigen::Matrix3d> covariance;                  ///< where the detector gives it; m^2
   std::optional<std::int64_t> landmark_id;                    ///< where the source knows it
+
+  void archive(Archive& a) {
+    a("vehicle_p_point", vehicle_p_point);
+    a("covariance", covariance);
+    a("landmark_id", landmark_id);
+  }
 };
 
 using SideScanSightings = std::vector<SideScanSighting>;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "ssjs/base/angle.hpp"
+#include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/se3.hpp"
 
 namespace ssjs {
@@ -46,10 +47,16 @@ struct VehicleRows {
   Eigen::Matrix<double, Eigen::Dynamic, VehicleLayout::kSize, 0, 3, VehicleLayout::kSize> H;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> R;
 
-  explicit VehicleRows(Eigen::Index rows) {
+  explicit VehicleRows(Eigen::Index rows = 0) {
     residual.setZero(rows);
     H.setZero(rows, VehicleLayout::kSize);
     R.setZero(rows, rows);
+  }
+
+  void archive(Archive& a) {
+    a("residual", residual);
+    a("H", H);
+    a("R", R);
   }
 };
 
