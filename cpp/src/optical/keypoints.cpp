@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <opencv2/imgproc.hpp>
 
 #include "ssjs/base/error.hpp"
 #ifdef SSJS_HAS_FEATURES2D
@@ -23,26 +24,38 @@ constexpr long kOctaves = 4, kIntervals = 6, kFirstStep = 2;
 /// What a description looks at, as dlib wants it inside the frame, in units of the scale.
 constexpr double kDescribedScales = 32.0;
 
-bool is_inside(const cv::Mat& mask, double x, double y) {
-  if (mask.empty()) return true;
-  const int column = std::clamp(static_cast<int>(std::lround(x)), 0, mask.cols - 1);
-  const int row = std::clamp(static_cast<int>(std::lround(y)), 0, mask.rows - 1);
-  return mask.at<unsigned char>(row, column) != 0;
+/// Of the mirror image around the frame.
+constexpr int kMarginPx = 48;
+
+bool is_inside(const cv::Mat& frame, const cv::Mat& mask, cv::Point2d at) {
+  const int column = static_cast<int>(std::lround(at.x));
+  const int row = static_cast<int>(std::lround(at.y));
+  if (column < 0 || row < 0 || column >= frame.cols || row >= frame.rows) return false;
+  return mask.empty() || mask.at<unsigned char>(row, column) != 0;
 }
 
-/// dlib finds, turns and describes; the mask is asked before the description, which is what costs.
+/// dlib finds, turns and describes. The frame is continued by its mirror image, as far as descriptions near its border look, and drawn
+/// larger, so that small things are found as well.
 Keypoints surf(const cv::Mat& lit, const cv::Mat& mask, const KeypointConfig& config) {
-  dlib::array2d<unsigned char> image(lit.rows, lit.cols);
-  for (int r = 0; r < lit.rows; ++r) std::copy_n(lit.ptr(r), lit.cols, &image[r][0]);
+  const int margin = std::min({kMarginPx, lit.cols - 1, lit.rows - 1});
+  const double zoom = config.surf_zoom;
+  cv::Mat continued;
+  cv::copyMakeBorder(lit, continued, margin, margin, margin, margin, cv::BORDER_REFLECT_101);
+  if (zoom != 1.0) cv::resize(continued, continued, cv::Size(), zoom, zoom, cv::INTER_LINEAR);
+  dlib::array2d<unsigned char> image(continued.rows, continued.cols);
+  for (int r = 0; r < continued.rows; ++r) std::copy_n(continued.ptr(r), continued.cols, &image[r][0]);
   dlib::integral_image integral;
   integral.load(image);
   dlib::hessian_pyramid pyramid;
   pyramid.build_pyramid(integral, kOctaves, kIntervals, kFirstStep);
   std::vector<dlib::interest_point> found;
   dlib::get_interest_points(pyramid, config.surf_threshold, found);
+  const auto in_frame = [&](const dlib::interest_point& p) {  // (u + 1/2) zoom - 1/2 is where a resized pixel lies
+    return cv::Point2d((p.center.x() + 0.5) / zoom - 0.5 - margin, (p.center.y() + 0.5) / zoom - 0.5 - margin);
+  };
   const auto is_left_out = [&](const dlib::interest_point& p) {
     const auto side = static_cast<unsigned long>(kDescribedScales * p.scale);
-    return !is_inside(mask, p.center.x(), p.center.y()) || !dlib::get_rect(integral).contains(dlib::centered_rect(p.center, side, side));
+    return !is_inside(lit, mask, in_frame(p)) || !dlib::get_rect(integral).contains(dlib::centered_rect(p.center, side, side));
   };
   found.erase(std::remove_if(found.begin(), found.end(), is_left_out), found.end());
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
@@ -57,7 +70,7 @@ Keypoints surf(const cv::Mat& lit, const cv::Mat& mask, const KeypointConfig& co
     dlib::compute_surf_descriptor(integral, p.center, p.scale, angle, description);
     float* row = keypoints.descriptors.ptr<float>(static_cast<int>(i));
     for (long k = 0; k < kSurfWidth; ++k) row[k] = static_cast<float>(description(k));
-    keypoints.points.push_back({{p.center.x(), p.center.y()}, p.scale, angle, p.score});
+    keypoints.points.push_back({in_frame(p), p.scale / zoom, angle, p.score});
   }
   return keypoints;
 }

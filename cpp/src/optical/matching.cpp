@@ -118,6 +118,7 @@ std::vector<KeypointMatch> match_descriptors(const Keypoints& first, const Keypo
   const auto is_clear = [ratio](const Nearest& nearest) { return nearest.distance < ratio * ratio * nearest.next; };
   for (int i = 0; i < a.rows; ++i) {
     const Nearest& there = of_first[static_cast<std::size_t>(i)];
+    if (there.index < 0) continue;  // a description of nothing, of numbers that are none
     const Nearest& back = of_second[static_cast<std::size_t>(there.index)];
     if (back.index == i && is_clear(there) && is_clear(back)) matches.push_back({i, there.index, std::sqrt(there.distance)});  // (V-12)
   }

@@ -14,6 +14,7 @@ struct KeypointConfig {
   KeypointKind kind = KeypointKind::kSurf;
   int max_keypoints = 400;
   double surf_threshold = 10.0;
+  double surf_zoom = 1.0;
   double sift_contrast = 0.01;
   template <class Visitor>
   void visit(Visitor& v) {
@@ -21,6 +22,7 @@ struct KeypointConfig {
              "what is found and how it is described: surf; sift and orb where the program was built with OpenCV's features2d");
     v.field("max_keypoints", max_keypoints, Rule::at_least(1), "the strongest of a frame are kept");
     v.field("surf_threshold", surf_threshold, Rule::not_negative(), "least determinant of the Hessian of a SURF keypoint");
+    v.field("surf_zoom", surf_zoom, Rule::closed(0.25, 4), "SURF is looked for in the frame drawn so much larger");
     v.field("sift_contrast", sift_contrast, Rule::positive(), "least contrast of a SIFT keypoint, of 1");
   }
 };
