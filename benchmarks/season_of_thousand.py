@@ -32,7 +32,7 @@ from ssjs_cli.studies.batch_plan import MissionTask
 
 MISSIONS_A_SITE = 20
 SITE_STEP_DEG = 0.01
-LINES = {"lines": 2, "line_length_m": 45.0, "line_spacing_m": 20.0, "cross_lines": 1}
+LINES = {"lines": 1, "line_length_m": 60.0, "cross_lines": 0}
 SEABED = {"north_m": 160.0, "east_m": 160.0, "landmarks": 120, "origin_sigma_m": 3.0}
 #: Written by the clock, or naming it: these differ from one call to the next.
 MEASURED_FILES = ("timing.json", "log.jsonl", "step_times.csv", "summary.json", "submaps.json", "mission_link.json", "report.html")

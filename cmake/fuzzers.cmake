@@ -28,6 +28,7 @@ ssjs_fuzzer(sonar_log ssjs_slam)
 ssjs_fuzzer(log_columns ssjs_slam)
 ssjs_fuzzer(settings ssjs_slam)
 ssjs_fuzzer(online ssjs_slam SOURCES ${ssjs_online_sources}) # as part of the program: what the shared library hides is followed too
+ssjs_fuzzer(checkpoint ssjs_slam)
 if(SSJS_BUILD_IMAGING)
   ssjs_fuzzer(cascade_json ssjs_cascade)
   ssjs_fuzzer(cascade_xml ssjs_cascade)

@@ -21,15 +21,21 @@ set(ssjs_test_library_survey survey)
 
 # The filter and what lies on the way to it, with Eigen's watch over the heap: tests/cpp/allocation. A library by itself, as one program must not
 # hold both builds of a source.
-file(GLOB ssjs_watched_sources CONFIGURE_DEPENDS cpp/src/geometry/*.cpp cpp/src/sensors/*.cpp cpp/src/association/*.cpp cpp/src/filter/*.cpp
-     cpp/src/features/navigation_tick.cpp cpp/src/mapping/levelled_*.cpp cpp/src/mapping/s*_association.cpp cpp/src/mapping/split_policy.cpp
-     cpp/src/simulation/auv_survey.cpp cpp/src/simulation/route.cpp)
+set(ssjs_watched_sources
+    geometry/gaussian geometry/point_grid geometry/se2 geometry/se3 sensors/ackerman sensors/constant_velocity sensors/navigation_sensors
+    sensors/range_bearing sensors/side_scan features/navigation_tick association/compatibility association/joint_compatibility
+    association/joint_factor association/nearest_neighbour filter/ekf filter/levelled_filter filter/map_state filter/symmetric_update
+    filter/whitening mapping/levelled_builder mapping/levelled_journal mapping/levelled_record mapping/sighting_association
+    mapping/split_policy simulation/auv_survey simulation/route)
+list(TRANSFORM ssjs_watched_sources PREPEND "${PROJECT_SOURCE_DIR}/cpp/src/")
+list(TRANSFORM ssjs_watched_sources APPEND ".cpp")
 add_library(ssjs_watched STATIC EXCLUDE_FROM_ALL ${ssjs_watched_sources})
 ssjs_compile_options(ssjs_watched)
 target_compile_definitions(ssjs_watched PUBLIC EIGEN_RUNTIME_NO_MALLOC)
 target_compile_options(ssjs_watched PUBLIC -UNDEBUG)
 target_link_libraries(ssjs_watched PUBLIC ssjs_base Eigen3::Eigen)
 target_include_directories(ssjs_watched PUBLIC "${PROJECT_SOURCE_DIR}/cpp/include")
+target_precompile_headers(ssjs_watched PRIVATE ${SSJS_PRECOMPILED_HEADERS})
 set(ssjs_test_library_allocation watched)
 
 foreach(folder IN LISTS ssjs_test_folders)

@@ -1,6 +1,7 @@
 // A vehicle loop: sensors of different rates feed an ssjs::online::Estimator, a pilot reads pose and health. It needs the installed header
 // and library alone. The sensors here are made up on the spot: a vehicle on a square at 1.5 m/s, twelve objects on the seabed, white noise.
 //   g++ -std=c++17 online_vehicle.cpp $(pkg-config --cflags --libs ssjs-online)
+// With the name of a file it leaves its state there every minute, and goes on from it when it is started again.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -40,9 +41,12 @@ class Vehicle {
 
 }  // namespace
 
-int main() {
+int main(int count, char** arguments) {
   const Setting settings[] = {{"split.longest_m", "120"}, {"arrival.window_s", "0.5"}};
   Estimator estimator(settings, std::size(settings));
+  const char* const state = count > 1 ? arguments[1] : nullptr;
+  Pose last{};
+  if (state != nullptr && (!estimator.restore(state) || !estimator.pose(&last))) std::printf("%s: begins anew\n", estimator.last_error());
 
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
@@ -55,6 +59,10 @@ int main() {
   const int steps = 6000;  // ten minutes, two and a half rounds
   for (int i = 0; i < steps; ++i) {
     const double t = i * kStep;
+    if (i > 0 && t <= last.time_s) {  // before the start of this process
+      vehicle.drive();
+      continue;
+    }
     estimator.feed(Gyro{t, {noise(0.0035), noise(0.0035), vehicle.rate + noise(0.0035)}});
     estimator.feed(Attitude{t, noise(0.009), noise(0.009)});
     estimator.feed(Compass{t, vehicle.yaw + 0.2 + noise(0.0175)});  // the offset of 0.2 rad is found
@@ -82,6 +90,7 @@ int main() {
                     status.position_sigma_m, status.health == Health::kGood ? "good" : "look at it", status.submaps, status.loop_closures);
       }
     }
+    if (state != nullptr && i % 600 == 599 && !estimator.checkpoint(state)) std::printf("%s\n", estimator.last_error());
     vehicle.drive();
   }
   if (!estimator.finish()) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -25,16 +26,16 @@ namespace ssjs::benchmarks {
 namespace {
 
 constexpr const char* kUsage =
-    "usage: ssjs_online_day MISSION [--hours H] [--density LANDMARKS_PER_KM2] [--spacing-m M] [--seed N] [--known] [--pace P] "
+    "usage: ssjs_online_day MISSION [--hours H] [--density LANDMARKS_PER_KM2] [--spacing-m M] [--seed N] [--known] [--real-time H] "
     "[--set KEY=VALUE]...\n"
-    "  MISSION is simulated where the file is not there yet. While the background works, samples come P times as fast as in the sea (1),\n"
-    "  otherwise as fast as they are taken.\n";
+    "  MISSION is simulated where the file is not there yet. In the last H hours (--real-time, 24) samples come in real time while the\n"
+    "  background works, and before those the study waits for it between two steps; otherwise samples come as fast as they are taken.\n";
 
 struct Options {
   std::string mission;
   DayConfig day;
   bool known = false;
-  double pace = 1.0;
+  double real_time_h = 24.0;
   std::vector<std::pair<std::string, std::string>> settings;
 };
 
@@ -58,8 +59,8 @@ Options parse(int count, char** arguments) {
       options.day.line_spacing_m = std::stod(value);
     } else if (flag == "--seed") {
       options.day.seed = std::stoull(value);
-    } else if (flag == "--pace") {
-      options.pace = std::stod(value);
+    } else if (flag == "--real-time") {
+      options.real_time_h = std::stod(value);
     } else if (flag == "--set" && value.find('=') != std::string::npos) {
       options.settings.emplace_back(value.substr(0, value.find('=')), value.substr(value.find('=') + 1));
     } else {
@@ -111,7 +112,7 @@ void feed(online::Estimator& estimator, const NavigationTick& tick, bool known) 
 struct Hour {
   std::vector<double> wall_ms, cpu_ms;     ///< of each step
   std::vector<double> join_cpu_s, join_s;  ///< of each closing
-  long plain_steps = 0;                    ///< that neither closed a map nor took one over nor met a new landmark
+  long plain_steps = 0;                    ///< no map ended, no landmark was new, no ping showed several points
   long plain_allocating = 0;               ///< of them that took from the heap
   long allocations = 0;                    ///< in all steps
 };
@@ -138,6 +139,8 @@ void run(const Options& options) {
   hour.wall_ms.reserve(40000);
   hour.cpu_ms.reserve(40000);
   online::Status before = estimator.status();
+  constexpr std::uint32_t kLagging = 0xfff;  // ticks that a step lags by, the window of 1 s
+  std::uint32_t searched = 0;                // the last ticks; a bit for each that showed several points at once
   double next_hour_s = 3600.0, due_s = 0.0, joining_since_s = 0.0, background_before_s = 0.0, time_s = 0.0;
   const auto background_s = [] { return process_cpu_s() - thread_cpu_s(); };
   const auto end_hour = [&] {
@@ -159,8 +162,8 @@ void run(const Options& options) {
     if (tick->time_s > 3600.0 * options.day.hours) break;
     const double step_s = tick->time_s - time_s;
     time_s = tick->time_s;
-    if (before.joining) {
-      due_s += step_s / options.pace;
+    if (before.joining && time_s >= 3600.0 * (options.day.hours - options.real_time_h)) {
+      due_s += step_s;
       const double early_s = due_s - wall_s();
       if (early_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(early_s));
     }
@@ -174,7 +177,8 @@ void run(const Options& options) {
     hour.allocations += allocations;
     const online::Status now = estimator.status();
     const bool closed = now.submaps != before.submaps;
-    if (!closed && now.landmarks == before.landmarks && !before.joining) {
+    searched = searched << 1U | (tick->sightings.size() > 1 ? 1U : 0U);
+    if (!closed && now.landmarks == before.landmarks && (searched & kLagging) == 0 && now.loop_closures == before.loop_closures) {
       ++hour.plain_steps;
       hour.plain_allocating += allocations > 0 ? 1 : 0;
     }
@@ -186,6 +190,9 @@ void run(const Options& options) {
       hour.join_cpu_s.push_back(background_s() - background_before_s);
     }
     before = now;
+    if (before.joining && time_s < 3600.0 * (options.day.hours - options.real_time_h)) {
+      while (estimator.status().joining) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
     if (time_s >= next_hour_s) {
       end_hour();
       next_hour_s += 3600.0;

@@ -22,6 +22,7 @@ def main() -> int:
         "settings": stream_seeds.settings(),
         "log_columns": stream_seeds.log_columns(),
         "online": stream_seeds.online(),
+        "checkpoint": stream_seeds.checkpoint_edits(),
     }
     for name, seeds in fuzzers.items():
         folder = Path(sys.argv[1]) / name

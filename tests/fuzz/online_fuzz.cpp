@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 #include <vector>
@@ -16,8 +17,10 @@ namespace {
 using namespace ssjs::online;
 using ssjs::fuzz::ByteStream;
 
-void check(bool holds) {
-  if (!holds) std::abort();
+void check(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "broken: %s\n", what);
+  std::abort();
 }
 
 /// Two bits each of the first byte choose among these.
@@ -34,9 +37,9 @@ class Session {
     while (!bytes_.empty()) act();
     look();
     const bool finished = estimator_.finish();
-    if (!finished) check(estimator_.last_error()[0] != '\0');
+    if (!finished) check(estimator_.last_error()[0] != '\0', "a failure says why");
     look();
-    check(estimator_.feed(Depth{now_s_ + 1.0, 0.0}) != Arrival::kTaken || !finished);
+    check(estimator_.feed(Depth{now_s_ + 1.0, 0.0}) != Arrival::kTaken || !finished, "nothing is taken after the end");
   }
 
  private:
@@ -72,9 +75,10 @@ class Session {
         break;
       default:
         --fed_;
+        if (bytes_.below(4) == 0) restart();
         look();
     }
-    check(static_cast<std::size_t>(arrival) < kArrivals);
+    check(static_cast<std::size_t>(arrival) < kArrivals, "the arrival is one of those known");
   }
 
   /// Mostly a little later; sometimes again, earlier, far ahead or anything.
@@ -105,20 +109,31 @@ class Session {
     return seen;
   }
 
+  /// What was written down is taken up again, and is the same.
+  void restart() {
+    std::vector<char> state(estimator_.checkpoint(nullptr, 0));
+    check(estimator_.checkpoint(state.data(), state.size()) == state.size(), "the state stays while nothing is fed");
+    if (state.empty()) return;
+    check(estimator_.restore(state.data(), state.size()), "a state that was written is read");
+    std::vector<char> again(state.size());
+    check(estimator_.checkpoint(again.data(), again.size()) == state.size() && again == state, "the state read is the one written");
+  }
+
   void look() {
     Pose pose{};
     if (estimator_.pose(&pose)) {
-      for (const double each : {pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad}) check(std::isfinite(each));
-      for (int i = 0; i < 6; ++i) check(pose.covariance[7 * i] >= 0.0);  // the variances: not NaN either
+      for (const double each : {pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad})
+        check(std::isfinite(each), "the pose is finite");
+      for (int i = 0; i < 6; ++i) check(pose.covariance[7 * i] >= 0.0, "variances are numbers, not negative");
     }
     const Status status = estimator_.status();
     std::int64_t arrivals = 0;
     for (const std::int64_t each : status.arrivals) arrivals += each;
-    check(arrivals == fed_);
+    check(arrivals == fed_, "every sample is counted once");
     std::vector<Landmark> landmarks(estimator_.landmarks(nullptr, 0));
-    check(estimator_.landmarks(landmarks.data(), landmarks.size()) == landmarks.size());
+    check(estimator_.landmarks(landmarks.data(), landmarks.size()) == landmarks.size(), "landmarks stay while nothing is fed");
     std::vector<Pose> trajectory(estimator_.trajectory(nullptr, 0));
-    check(estimator_.trajectory(trajectory.data(), trajectory.size()) == trajectory.size());
+    check(estimator_.trajectory(trajectory.data(), trajectory.size()) == trajectory.size(), "the trajectory stays while nothing is fed");
   }
 
   ByteStream& bytes_;

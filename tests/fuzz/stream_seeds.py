@@ -28,11 +28,9 @@ def settings() -> list[bytes]:
         "smoothing.enabled": "true",
     }
     odd = ("nan", "inf", "-0", "1e999", "0x10", "1 2", "", " 1", "TRUE", "none ", "1,5", "9" * 40, "\0", "\u00e9")
-    seeds = [
-        b"%c" % kind + "\n".join(f"{key}={text}" for key, text in table.items()).encode() for kind, table in ((0, vehicle), (1, planar))
-    ]
-    seeds.append(b"\0" + "\n".join(f"split.longest_m={text}" for text in odd).encode())
-    seeds.append(b"\0" + "\n".join(f"split.max_landmarks={text}" for text in odd).encode())
+    seeds = [b"%c%s=%s" % (kind, key.encode(), text.encode()) for kind, table in ((0, vehicle), (1, planar)) for key, text in table.items()]
+    for key in ("split.longest_m", "split.max_landmarks"):
+        seeds += [b"\0" + "\n".join(f"{key}={text}" for text in odd[i : i + 4]).encode() for i in range(0, len(odd), 4)]
     return seeds
 
 
@@ -81,15 +79,26 @@ def square(choice: int, ticks: int, landmarks: int, kind: int = 0) -> bytes:
         samples.tick(2.0, 0.0, (i // leg) * math.pi / 2 % 6.0)
         if landmarks and i % max(1, leg // landmarks) == 0:
             samples.sight(0.0, 10.0 if i % 2 else -8.0, kind)
-        if i % 10 == 9:
-            samples.bytes += b"\x09\0"  # a look at everything
     return samples.bytes
 
 
 def online() -> list[bytes]:
-    whole = square(0, 40, 3)
-    seeds = [whole, square(1 + 4, 60, 4), square(2 + 16, 30, 2, 1), square(64, 40, 3, 2), square(128, 40, 3), square(192 + 12, 40, 3, 2)]
-    late = b"".join(whole[a:b] for a, b in pairwise((0, 2, 40, 30, 90, 60, len(whole))) if a < b)
-    odd = whole[:200] + bytes([245, 1]) + b"\xff" * 24 + whole[200:]  # a velocity of NaN
-    jump = whole[:200] + bytes([3, 250, 0, 0]) * 6 + whole[200:]  # a clock that jumps, and is followed
+    whole = square(0, 12, 1)
+    seeds = [whole, square(1 + 4, 12, 1), square(2 + 16, 8, 1, 1), square(64, 10, 1, 2), square(128, 10, 1), square(192 + 12, 10, 1, 2)]
+    late = b"".join(whole[a:b] for a, b in pairwise((0, 2, 40, 30, 90, 60, 300)) if a < b)
+    odd = whole[:200] + bytes([245, 1]) + b"\xff" * 24 + whole[200:400]  # a velocity of NaN
+    jump = whole[:200] + bytes([3, 250, 0, 0]) * 6 + whole[200:400]  # a clock that jumps, and is followed
     return [*seeds, late, odd, jump, b""]
+
+
+def checkpoint_edits() -> list[bytes]:
+    """Kind, then edits of a true checkpoint: where (3 bytes), how, and eight bytes."""
+    edits = [
+        (5, 0, b"\xff" * 8),
+        (2000, 1, b"\0" * 8),
+        (4000, 2, b"\1" + b"\0" * 7),
+        (9000, 3, b"\0\0\0\0\0\0\xf0\x7f"),
+        (3000, 4, b"\0" * 8),
+    ]
+    each = [at.to_bytes(3, "little") + bytes([how]) + value for at, how, value in edits]
+    return [bytes([kind]) + edit for kind in range(3) for edit in [b"", *each, b"".join(each)]]

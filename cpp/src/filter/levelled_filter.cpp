@@ -189,7 +189,7 @@ void LevelledFilter::archive(Archive& a) {
   a("mean", mean);
   a("P", P);
   if (!a.reading()) return;
-  a.require(landmarks_ >= 0 && mean.size() == size() && P.rows() == size() && P.cols() == size(),
+  a.require(landmarks_ >= 0 && landmarks_ <= mean.size() && mean.size() == size() && P.rows() == size() && P.cols() == size(),
             "has a mean and a covariance of another size");
   reserve(landmarks_);
   mean_.head(size()) = mean;

@@ -3,11 +3,13 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/geometry/gaussian.hpp"
+#include "ssjs/geometry/point_grid.hpp"
 
 namespace ssjs {
 namespace {
@@ -73,9 +75,8 @@ bool seen_together(const Known& a, const Known& b) {
 }
 
 /// Other landmarks around this one, per square metre; at least one.
-double density_around(const Known& centre, const std::vector<Known>& all) {
-  std::ptrdiff_t near = -1;
-  for (const Known& other : all) near += (other.position - centre.position).norm() <= kNeighbourhood_m ? 1 : 0;
+double density_around(const Known& centre, const PointGrid& grid) {
+  const auto near = static_cast<std::ptrdiff_t>(grid.within(centre.position, kNeighbourhood_m).size()) - 1;
   return static_cast<double>(std::max<std::ptrdiff_t>(near, 1)) / (kPi * kNeighbourhood_m * kNeighbourhood_m);
 }
 
@@ -88,8 +89,18 @@ std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, co
   const double depth_gate = chi_squared_quantile(config.gate_probability, 1.0);
   const double rarity = (1.0 - config.duplicate_probability) / config.duplicate_probability;
   std::optional<Duplicate> best;
+  Eigen::Matrix2Xd positions(2, static_cast<Eigen::Index>(all.size()));
+  double largest_sigma_m = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    positions.col(static_cast<Eigen::Index>(i)) = all[i].position;
+    largest_sigma_m = std::max(largest_sigma_m, all[i].sigma_m);
+  }
+  const PointGrid grid(positions, kNeighbourhood_m);
   for (std::size_t j = 0; j < all.size(); ++j) {
-    for (std::size_t i = 0; i < j; ++i) {
+    const double reach_m = std::nextafter(std::sqrt(gate) * (all[j].sigma_m + largest_sigma_m), std::numeric_limits<double>::infinity());
+    for (const Eigen::Index near : grid.within(all[j].position, reach_m)) {
+      const auto i = static_cast<std::size_t>(near);
+      if (i >= j) break;
       const double apart_m = (all[i].position - all[j].position).norm();
       if (apart_m > std::sqrt(gate) * (all[i].sigma_m + all[j].sigma_m) || seen_together(all[i], all[j])) continue;
       const std::vector<Sighting> pair{all[i].sighting, all[j].sighting};
@@ -104,7 +115,7 @@ std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, co
       const Eigen::Matrix2d S_plane = S.topLeftCorner<2, 2>();
       const double squared_distance = difference.head<2>().dot(S_plane.ldlt().solve(difference.head<2>()));
       if (!(squared_distance <= gate)) continue;
-      const double density = density_around(all[i], all);
+      const double density = density_around(all[i], grid);
       const double odds = rarity * density * 2.0 * kPi * std::sqrt(S_plane.determinant()) * std::exp(0.5 * squared_distance);  // (P-17)
       if (odds <= config.max_chance_odds && (!best || odds < best->chance_odds)) {
         best = Duplicate{all[i].sighting, all[j].sighting, squared_distance, odds};

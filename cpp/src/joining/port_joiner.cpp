@@ -10,6 +10,7 @@
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/joining/batch_ports.hpp"
+#include "ssjs/joining/chance_alignment.hpp"
 #include "ssjs/joining/recursive_ports.hpp"
 
 namespace ssjs {
@@ -47,21 +48,23 @@ void insert_compass_mean(LevelledSubmap& submap) {
   }
 }
 
-std::unique_ptr<PortLevel> make_level(const PortJoinerConfig& config) {
-  if (config.solver == PortSolver::kRecursive) return std::make_unique<RecursivePorts>(config.relinearize_heading_rad);
-  return std::make_unique<BatchPorts>();
-}
-
 void put(PortMap& map, const std::vector<Port>& ports) { map.ports.insert(map.ports.end(), ports.begin(), ports.end()); }
 
 std::string number(Eigen::Index value) { return std::to_string(value); }
 
 }  // namespace
 
+std::unique_ptr<PortLevel> PortJoiner::make_level(const PortJoinerConfig& config) {
+  if (config.solver == PortSolver::kRecursive) return std::make_unique<RecursivePorts>(config.relinearize_heading_rad);
+  return std::make_unique<BatchPorts>();
+}
+
 PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
       association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
-      level_(make_level(config)) {
+      level_(make_level(config)),
+      fixes_(config.fixes),
+      guard_(config.closures) {
   if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
     throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
   }
@@ -100,7 +103,9 @@ int PortJoiner::offset_at_start(const PortMap& map) const {
 }
 
 /// Whether the offset that the map started with can be the one that the map before ended with: the innovation of (P-8) for c_s alone.
-bool PortJoiner::offset_goes_on(const PortMap& map, const Port& start) const {
+bool PortJoiner::offset_goes_on(const PortMap& map) const {
+  if (map.base() == 0 || map.submap.compass_rows() < 2) return true;
+  const Port start{LevelledSubmap::compass_offset(), {UnknownKind::kOffset, offset_at_start(map)}};
   const Unknown base{UnknownKind::kBase, map.base()};
   const Eigen::MatrixXd P = level_->covariance({base, start.unknown});
   const Eigen::Index row = start.row;
@@ -117,12 +122,10 @@ void PortJoiner::attach(PortMap& map) {
   if (rows > 0) {
     const Port start{LevelledSubmap::compass_offset(), {UnknownKind::kOffset, offset_at_start(map)}};
     if (base > 0) {
-      if (rows == 1 || offset_goes_on(map, start)) {
+      if (compass_goes_on_[static_cast<std::size_t>(base)]) {
         level_->tie(map, {start});
         put(map, {start});
-      } else {
-        ++compass_jumps_;  // the map's own offsets go on from here, and its heading hangs on its neighbours alone
-      }
+      }  // otherwise the map's own offsets go on from here, and its heading hangs on its neighbours alone
     } else if (config_.north_offset_rad) {
       const double sigma = config_.north_offset_sigma_rad;
       level_->align_to_north(map, start.row, {wrap_angle(*config_.north_offset_rad), sigma * sigma});
@@ -138,7 +141,7 @@ void PortJoiner::attach(PortMap& map) {
   put(map, fresh);
 }
 
-void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
+void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments) {
   if (!maps_.empty()) throw InvalidArgument("stand_on", "late call", "comes before every map");
   const auto n = static_cast<Eigen::Index>(world_T_base.size());
   LevelledSubmap datum;
@@ -151,11 +154,14 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
     datum.covariance.block<3, 3>(3 * k, 3 * k) = base.covariance;
     bases.push_back({3 * k, {UnknownKind::kBase, static_cast<int>(k) + 1}});
   }
-  bases_are_given_ = true;
-  extents_.emplace_back();
+  max_chance_alignments_ = max_chance_alignments;
+  compass_goes_on_.push_back(true);
+  drift_variance_.push_back(0.0);
   maps_.push_back({std::move(datum), {}});
-  level_->introduce(maps_.back(), bases);  // (P-24)
+  level_->introduce(maps_.back(), bases);  // (W-1)
   put(maps_.back(), bases);
+  level_->settle();
+  reach_.add({}, *level_);
 }
 
 JoinReport PortJoiner::take(LevelledSubmap submap) {
@@ -163,25 +169,39 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   const int newest = submap.index;
   compass_ = submap.compass;
   compass_is_mean_ = submap.compass_mean.has_value();
+  double drift_variance = 0.0;
   if (compass_is_mean_) {
     const double time_s = submap.compass_mean->time_s;
     const double drift = config_.offset_drift_rad_per_sqrt_s;
     if (newest > 0 && !offset_is_shared()) {
       if (!(time_s > last_mean_time_s_)) throw InvalidArgument("compass_mean.time_s", time_s, "must be later than that of the map before");
-      level_->drift(newest - 1, drift * drift * (time_s - last_mean_time_s_));  // (P-4)
+      drift_variance = drift * drift * (time_s - last_mean_time_s_);
+      level_->drift(newest - 1, drift_variance);  // (P-4)
     }
     last_mean_time_s_ = time_s;
     insert_compass_mean(submap);
   }
   const MapExtent extent = extent_of(submap);
   maps_.push_back({std::move(submap), {}});
-  if (!bases_are_given_) attach(maps_.back());
+  drift_variance_.push_back(drift_variance);
+  compass_goes_on_.push_back(max_chance_alignments_.has_value() || offset_goes_on(maps_.back()));
+  compass_jumps_ += compass_goes_on_.back() ? 0 : 1;
+  if (!max_chance_alignments_) {
+    attach(maps_.back());
+    guard_.append(maps_.back().submap, compass_goes_on_.back(), drift_variance);
+  }
   level_->settle();
   reach_.add(extent, *level_);
 
   JoinReport report;
+  const auto fix = [&](const std::optional<BaseFix>& base_fix, int base) {
+    if (base_fix) report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));
+  };
+  fix(maps_.back().submap.start_fix, newest);
+  fix(maps_.back().submap.exit_fix, newest + 1);
   if (config_.association == AssociationMethod::kKnown) {
-    const std::vector<Match> matches = match_by_identity(newest);
+    LoopAttempt all;
+    const std::vector<Match> matches = standing(newest, match_by_identity(newest), all);
     join(newest, matches);
     std::map<int, int> pairs_with;
     for (const Match& match : matches) ++pairs_with[match.other.map->base()];
@@ -196,6 +216,7 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
       report.loops.push_back(loop);
       ++report.candidates;
     }
+    revise(report);
     return report;
   }
   const std::vector<int> others = reach_.of_newest(*level_);
@@ -204,6 +225,7 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   std::vector<int> around = others;
   around.push_back(newest);
   merge_duplicates(around);
+  revise(report);
   return report;
 }
 
@@ -258,8 +280,15 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
     }
   }
   report.candidates = static_cast<int>(others.size());
-  const SightingPairs found = associate_sightings(observed, predicted, *level_, density_around(observer, predicted), association_);
+  const double density_per_m2 = density_around(observer, predicted);
+  SightingPairs found = associate_sightings(observed, predicted, *level_, density_per_m2, association_);
   report.budget_exhausted = found.budget_exhausted;
+  if (max_chance_alignments_ && map.ports.empty() &&
+      expected_chance_alignments(observed, predicted, found.pairs, *level_, density_per_m2, config_.gate_probability) >
+          *max_chance_alignments_) {  // (W-5)
+    found.refused += static_cast<int>(found.pairs.size());
+    found.pairs.clear();
+  }
   if (found.pairs.empty() && found.refused == 0) return report;
 
   std::vector<Match> matches;
@@ -287,8 +316,9 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
     }
     *attempt.wrong_pairs += *own != *other ? 1 : 0;
   }
+  const std::vector<Match> kept = standing(observer, matches, attempt);
   report.loops.push_back(attempt);
-  join(observer, matches);
+  join(observer, kept);
   return report;
 }
 
@@ -301,6 +331,12 @@ void PortJoiner::join(int observer, const std::vector<Match>& matches) {
     }
   }
   if (matches.empty()) return;
+  tie(observer, matches);
+  level_->settle();
+}
+
+void PortJoiner::tie(int observer, const std::vector<Match>& matches) {
+  PortMap& map = maps_[static_cast<std::size_t>(observer)];
   std::map<int, std::vector<Port>> promoted;  // by the map that saw them first: stacked, so that their cross terms are kept
   for (const Match& match : matches) {
     if (!match.other.port()) promoted[match.other.map->base()].push_back({match.other.row(), {UnknownKind::kLandmark, 0}});
@@ -314,7 +350,6 @@ void PortJoiner::join(int observer, const std::vector<Match>& matches) {
   for (const Match& match : matches) tied.push_back({map.submap.landmark_offset(match.own), *match.other.port()});
   level_->tie(map, tied);  // (P-8)
   put(map, tied);
-  level_->settle();
 }
 
 void PortJoiner::merge_duplicates(const std::vector<int>& among) {
@@ -327,25 +362,34 @@ void PortJoiner::merge_duplicates(const std::vector<int>& among) {
 }
 
 void PortJoiner::merge(const Duplicate& duplicate) {
-  const auto map_of = [&](const Sighting& sighting) -> PortMap& { return maps_[static_cast<std::size_t>(sighting.map->base())]; };
   const auto identity = [](const Sighting& sighting) {
     return sighting.map->submap.landmarks[static_cast<std::size_t>(sighting.landmark)].source_id;
   };
+  const Sighting& a = duplicate.a;
+  const Sighting& b = duplicate.b;
+  const bool wrong = identity(a) && identity(b) && *identity(a) != *identity(b);
   ++merged_;
-  if (identity(duplicate.a) && identity(duplicate.b) && *identity(duplicate.a) != *identity(duplicate.b)) ++wrongly_merged_;
-  Sighting a = duplicate.a;
-  Sighting b = duplicate.b;
+  if (wrong) ++wrongly_merged_;
+  const auto newest = static_cast<int>(maps_.size()) - 1;
+  ties_.push_back({Tie::Kind::kUnite, newest, batches_++, a.map->base(), a.landmark, b.map->base(), b.landmark, {}, wrong});
+  unite(a, b);
+}
+
+void PortJoiner::unite(Sighting a, Sighting b) {
+  if (a.port() && a.port() == b.port()) return;
   if (!a.port() && b.port()) std::swap(a, b);
+  PortMap& map_of_b = map_at(b.map->base());
   if (!a.port()) {
+    PortMap& map_of_a = map_at(a.map->base());
     const std::vector<Port> promoted{{a.row(), {UnknownKind::kLandmark, landmark_ports_++}}};
-    level_->introduce(map_of(a), promoted);  // (P-7)
-    put(map_of(a), promoted);
+    level_->introduce(map_of_a, promoted);  // (P-7)
+    put(map_of_a, promoted);
   }
   const Unknown kept = *a.port();
   if (!b.port()) {  // a second entry for the same unknown, of whichever map
     const std::vector<Port> tied{{b.row(), kept}};
-    level_->tie(map_of(b), tied);  // (P-8)
-    put(map_of(b), tied);
+    level_->tie(map_of_b, tied);  // (P-8)
+    put(map_of_b, tied);
     return;
   }
   const Unknown gone = *b.port();
@@ -357,13 +401,16 @@ void PortJoiner::merge(const Duplicate& duplicate) {
   }
 }
 
-void PortJoiner::finish() {
+JoinReport PortJoiner::finish() {
+  JoinReport report;
   level_->adjust();
+  judge_by_the_rest(guard_.all_poses(), report);
   const int before = merged_;
   std::vector<int> all;
   for (const PortMap& map : maps_) all.push_back(map.base());
   merge_duplicates(all);
   if (merged_ > before) level_->adjust();
+  return report;
 }
 
 GaussianSe2 PortJoiner::global_T_newest_base() const {
@@ -378,6 +425,7 @@ void PortJoiner::archive(Archive& a) {
   CompassPorts compass = compass_.value_or(CompassPorts::kNone);
   a("level", *level_);
   a("maps", maps_);
+  a("fixes", fixes_);
   a("reach", reach_);
   a("first_seen", first_seen);
   a("has_compass", has_compass);
@@ -388,6 +436,12 @@ void PortJoiner::archive(Archive& a) {
   a("compass_jumps", compass_jumps_);
   a("merged", merged_);
   a("wrongly_merged", wrongly_merged_);
+  a("compass_goes_on", compass_goes_on_);
+  a("drift_variance", drift_variance_);
+  a("guard", guard_);
+  a("ties", ties_);
+  a("in_force", in_force_);
+  a("batches", batches_);
   if (!a.reading()) return;
   a.require(reach_.maps() == maps_.size(), "has more or fewer extents than maps");
   if (has_compass) compass_ = compass;
@@ -396,7 +450,12 @@ void PortJoiner::archive(Archive& a) {
     first_seen_[id] = {&maps_[static_cast<std::size_t>(sighting.first)], sighting.second};
   }
   check_read();
+  check_ties();
   level_->resume(maps_);
+  for (const PortMap& map : maps_) {
+    const auto k = static_cast<std::size_t>(map.base());
+    guard_.append(map.submap, compass_goes_on_[k], drift_variance_[k]);
+  }
 }
 
 /// Throws InvalidArgument where maps, ports and level do not fit each other.

@@ -8,8 +8,8 @@ constexpr std::size_t kMaxJointLandmarks = 300;  // 3.2 MB a triangle, and growi
 }  // namespace
 
 JoinReport PortSurvey::finish() {
-  if (!maps().empty()) joiner_.finish();
-  return {};
+  if (maps().empty()) return {};
+  return joiner_.finish();
 }
 
 SurveyEstimate PortSurvey::estimate(std::size_t max_joint_bases) const {

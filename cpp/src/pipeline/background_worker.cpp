@@ -13,11 +13,13 @@
 namespace ssjs {
 namespace {
 
-void take_the_lowest_priority() {
+/// Behind the sampling, and not so far behind that another program on the same core keeps it from ever being done: then feed() would wait.
+void take_a_lower_priority() {
 #if defined(__linux__)
-  constexpr int kLowest = 19;
-  const long thread = syscall(SYS_gettid);
-  static_cast<void>(setpriority(PRIO_PROCESS, static_cast<id_t>(thread), kLowest));  // refused: the work is done all the same
+  constexpr int kNicer = 5;
+  const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+  const int now = getpriority(PRIO_PROCESS, thread);
+  static_cast<void>(setpriority(PRIO_PROCESS, thread, now + kNicer));  // refused: the work is done all the same
 #endif
 }
 
@@ -62,7 +64,7 @@ void BackgroundWorker::collect() {
 }
 
 void BackgroundWorker::run() {
-  take_the_lowest_priority();
+  take_a_lower_priority();
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return at_work_ || stopping_; });

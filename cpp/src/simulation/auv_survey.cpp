@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/base/random.hpp"
+#include "ssjs/geometry/point_grid.hpp"
 #include "ssjs/simulation/route.hpp"
 
 namespace ssjs {
@@ -75,6 +77,8 @@ class BottomLock {
   double gap_begin_s_ = 0.0;
 };
 
+constexpr double kWellAway_m = 50.0;
+
 /// What the sensors say at a true state.
 class SensorSuite {
  public:
@@ -89,9 +93,12 @@ class SensorSuite {
         velocity_(rng.stream("velocity")),
         side_scan_(rng.stream("side scan")),
         sample_loss_(rng.stream("sample loss")),
+        fix_(rng.stream("fix")),
         mirrored_(rng.stream("mirrored")),
         clutter_(rng.stream("clutter")),
         bottom_lock_(config, rng),
+        near_m_(2.0 * config.max_across_m + kWellAway_m),
+        near_(world.landmarks_m.topRows<2>(), near_m_),
         along_(static_cast<std::size_t>(world.landmarks_m.cols())) {}
 
   [[nodiscard]] NavigationTick tick(std::size_t step, const AuvTruth& truth) {
@@ -118,6 +125,13 @@ class SensorSuite {
       tick.altitude_m = (truth.seabed_m - z) * slant + altitude_.normal(config_.altitude.sigma_m);
     }
     if (due(step, config_.steps_per_velocity, 0)) tick.velocity = velocity_sample(truth);
+    if (config_.fix_interval_s && z <= config_.fix_depth_m && truth.time_s >= next_fix_s_) {
+      const double sigma = config_.fix_sigma_m;
+      Eigen::Vector2d position = truth.world_T_vehicle.translation.head<2>();
+      for (double& coordinate : position) coordinate += fix_.normal(sigma);
+      tick.fix = PositionFix{position, sigma * sigma * Eigen::Matrix2d::Identity(), false};
+      next_fix_s_ = truth.time_s + *config_.fix_interval_s * (1.0 - 1e-9);
+    }
     tick.sightings = sightings(truth);
     add_false_sightings(truth, tick.sightings);
     return tick;
@@ -148,10 +162,11 @@ class SensorSuite {
     const Eigen::Matrix3d vehicle_R_world = truth.world_T_vehicle.rotation().transpose();
     const bool turning = std::abs(truth.rates_rad_s.z()) > config_.max_turn_rate_rad_s;
     SideScanSightings seen;
-    for (Eigen::Index i = 0; i < world_.landmarks_m.cols(); ++i) {
+    ++ticks_;
+    for (const Eigen::Index i : near_.within(truth.world_T_vehicle.translation.head<2>(), near_m_)) {
       const Eigen::Vector3d p = vehicle_R_world * (world_.landmarks_m.col(i) - truth.world_T_vehicle.translation);
-      const std::optional<double> before = std::exchange(along_[static_cast<std::size_t>(i)], p.x());
-      const bool came_abeam = before && *before > 0.0 && p.x() <= 0.0;
+      const Along before = std::exchange(along_[static_cast<std::size_t>(i)], {p.x(), ticks_});
+      const bool came_abeam = before.tick == ticks_ - 1 && before.x_m > 0.0 && p.x() <= 0.0;
       if (!came_abeam || turning || std::abs(p.y()) < config_.min_across_m || std::abs(p.y()) > config_.max_across_m) continue;
       SideScanSighting sighting;
       const double range = p.norm();
@@ -200,10 +215,19 @@ class SensorSuite {
 
   const SurveyWorld& world_;
   const AuvSimulationConfig& config_;
-  Rng gyro_, attitude_, compass_, depth_, altitude_, velocity_, side_scan_, sample_loss_, mirrored_, clutter_;
+  Rng gyro_, attitude_, compass_, depth_, altitude_, velocity_, side_scan_, sample_loss_, fix_, mirrored_, clutter_;
+  double next_fix_s_ = 0.0;
   std::int64_t next_clutter_id_ = kFirstClutterId;
   BottomLock bottom_lock_;
-  std::vector<std::optional<double>> along_;  ///< body x of every landmark at the tick before
+  /// Body x of a landmark at the last tick at which it was near.
+  struct Along {
+    double x_m = 0.0;
+    std::int64_t tick = 0;
+  };
+  std::int64_t ticks_ = 1;
+  double near_m_;  ///< what comes abeam within the swath was inside a tick ago, however the vehicle leans
+  PointGrid near_;
+  std::vector<Along> along_;
 };
 
 void check(const SurveyWorld& world, const AuvSimulationConfig& config) {
@@ -255,6 +279,12 @@ SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed) {
   SurveyWorld world;
   const double width_m = config.line_spacing_m * (config.lines - 1);
   const std::vector<Eigen::Vector2d> once = lines_and_cross_lines(config);
+  if (config.surface_start) {
+    world.waypoints.emplace_back(-2.0 * config.run_in_m, 0.0);
+    world.waypoints.emplace_back(-config.run_in_m, 0.0);
+    world.dives.emplace_back(std::nullopt);
+    world.dives.emplace_back(0);
+  }
   for (int dive = 0; dive < config.dives; ++dive) {
     if (dive > 0) {
       world.waypoints.emplace_back(-config.run_in_m, 0.0);

@@ -19,6 +19,7 @@ from ssjs_cli.formats.number_table import (
     IntArray,
     NumberTable,
     holds_file,
+    read_header,
     read_table,
     require_times_in_order,
     write_table,
@@ -29,10 +30,12 @@ IMU_FILE = "imu.csv"
 DVL_FILE = "dvl.csv"
 DEPTH_FILE = "depth.csv"
 ALTITUDE_FILE = "altitude.csv"
+POSITION_FIXES_FILE = "fixes.csv"
 NAVIGATION_FILES = (IMU_FILE, DVL_FILE, DEPTH_FILE, ALTITUDE_FILE)
 
 ANGLE_COLUMNS = ("roll_rad", "pitch_rad", "yaw_rad")
 TURN_RATE_COLUMNS = ("turn_rate_x_rad_s", "turn_rate_y_rad_s", "turn_rate_z_rad_s")
+PLANE_COLUMNS = ("x_m", "y_m")
 VELOCITY_COLUMNS = ("vx_m_s", "vy_m_s", "vz_m_s")
 
 BoolArray = NDArray[np.bool_]
@@ -65,27 +68,52 @@ class Scalars:
 
 
 @dataclass(frozen=True)
+class PositionFixes:
+    """Positions that the estimator may use, as on surfacing: position_m (n, 2), world frame; sigma_m (n,) of each coordinate."""
+
+    time_s: FloatArray
+    position_m: FloatArray
+    sigma_m: FloatArray
+
+
+@dataclass(frozen=True)
 class UnderwaterNavigation:
     attitude: Attitude
     velocity: BottomVelocity | None = None
     depth: Scalars | None = None
     altitude: Scalars | None = None
+    fixes: PositionFixes | None = None
+
+
+def _present_files(directory: Path) -> list[str]:
+    """Attitude must be there with any of the others."""
+    present = [name for name in NAVIGATION_FILES if holds_file(directory / name)]
+    if present and IMU_FILE not in present:
+        columns = ",".join(("time_s", *ANGLE_COLUMNS))
+        raise UserError(f"{directory / IMU_FILE}: is missing beside {present[0]}; give the attitude with the columns {columns}")
+    return present
 
 
 def read_navigation(directory: Path) -> UnderwaterNavigation | None:
-    """None where the mission holds none of the files. Attitude must be there with any of the others."""
-    present = [name for name in NAVIGATION_FILES if holds_file(directory / name)]
+    """None where the mission holds none of the files."""
+    present = _present_files(directory)
     if not present:
         return None
-    if IMU_FILE not in present:
-        columns = ",".join(("time_s", *ANGLE_COLUMNS))
-        raise UserError(f"{directory / IMU_FILE}: is missing beside {present[0]}; give the attitude with the columns {columns}")
     return UnderwaterNavigation(
         attitude=_read_attitude(directory / IMU_FILE),
         velocity=_read_velocity(directory / DVL_FILE) if DVL_FILE in present else None,
         depth=_read_scalars(directory / DEPTH_FILE, "depth_m") if DEPTH_FILE in present else None,
         altitude=_read_scalars(directory / ALTITUDE_FILE, "altitude_m") if ALTITUDE_FILE in present else None,
     )
+
+
+def outline_navigation(directory: Path) -> UnderwaterNavigation | None:
+    """The attitude without its records: only whether there is a gyro."""
+    if not _present_files(directory):
+        return None
+    has_gyro = set(TURN_RATE_COLUMNS) <= set(read_header(directory / IMU_FILE))
+    nothing = np.zeros((0, 3))
+    return UnderwaterNavigation(Attitude(np.zeros(0), nothing, nothing if has_gyro else None))
 
 
 def _read_attitude(path: Path) -> Attitude:
@@ -145,6 +173,12 @@ def write_navigation(directory: Path, navigation: UnderwaterNavigation) -> None:
         _write(directory / DEPTH_FILE, ["time_s", "depth_m"], [navigation.depth.time_s, navigation.depth.value])
     if navigation.altitude is not None:
         _write(directory / ALTITUDE_FILE, ["time_s", "altitude_m"], [navigation.altitude.time_s, navigation.altitude.value])
+    if navigation.fixes is not None:
+        write_fixes(directory / POSITION_FIXES_FILE, navigation.fixes)
+
+
+def write_fixes(path: Path, fixes: PositionFixes) -> None:
+    _write(path, ["time_s", *PLANE_COLUMNS, "sigma_m"], [fixes.time_s, *fixes.position_m.T, fixes.sigma_m])
 
 
 def _write(path: Path, names: Sequence[str], columns: Sequence[FloatArray | IntArray]) -> None:

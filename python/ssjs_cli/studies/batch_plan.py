@@ -8,7 +8,7 @@ from typing import Any
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.file_digest import file_digest
-from ssjs_cli.formats.mission import input_digests, is_mission_file, mission_directory, read_mission
+from ssjs_cli.formats.mission import input_digests, is_mission_file, mission_directory, read_mission_outline
 from ssjs_cli.formats.run_directory import SUMMARY_FILE
 from ssjs_cli.mission_run import RunRequest, model_digests, path_name, resolve_settings
 from ssjs_cli.progress import interruptible
@@ -91,7 +91,7 @@ class BatchPlan:
 
 
 def plan_batch(request: BatchRequest, out: Path, folder: StudyFolder) -> BatchPlan:
-    """A mission is read when its files, or what is asked for, are not those of an earlier call, or its run is not finished."""
+    """A mission is looked at when its files, or what is asked for, are not those of an earlier call, or its run is not finished."""
     planned = BatchPlan()
     (out / MISSIONS_FOLDER).mkdir(exist_ok=True)
     _remove_unfinished(out / MISSIONS_FOLDER)
@@ -140,7 +140,7 @@ def _is_finished(run: BatchRun, out: Path, folder: StudyFolder, finished: dict[s
 
 
 def _plan(request: BatchRequest, directory: Path, out: Path) -> PlannedRun:
-    mission = read_mission(directory)
+    mission = read_mission_outline(directory)
     run = RunRequest(
         directory.resolve(),
         seed=request.seed,

@@ -9,6 +9,7 @@
 #include "embed/checkpointed.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/base/whole_file.hpp"
+#include "ssjs/pipeline/checkpoint_file.hpp"
 
 namespace ssjs {
 namespace {
@@ -22,6 +23,7 @@ using testing::unruly;
 struct Kind {
   const char* name;
   Settings settings;
+  bool with_fixes = false;
   friend std::ostream& operator<<(std::ostream& out, const Kind& kind) { return out << kind.name; }
 };
 
@@ -47,6 +49,8 @@ std::vector<Kind> kinds() {
         {"arrival.window_s", "2"},
         {"joining_delay_s", "20"}}},
       {"NoMemoryOfPoses", {short_maps, {"condition_trajectory", "false"}, {"compass_use", "first_reading"}}},
+      {"Fixes", {short_maps}, true},
+      {"RecursiveFixes", {short_maps, {"joining.solver", "recursive"}}, true},
   };
 }
 
@@ -62,7 +66,7 @@ class Checkpoint : public ::testing::TestWithParam<Kind> {
   }
 
   OnlineSurveyConfig config = configured(GetParam().settings);
-  std::vector<NavigationTick> ticks = unruly(small_survey(5), 7);
+  std::vector<NavigationTick> ticks = unruly(small_survey(5, GetParam().with_fixes), 7);
 };
 
 TEST_P(Checkpoint, AtRandomMomentsItGoesOnToTheSameBytes) {
@@ -183,6 +187,22 @@ TEST_F(CheckpointFile, IsRefusedWhereverAByteIsDamaged) {
     ASSERT_EQ(complaint_about(damaged).rfind("a.state: is ", 0), 0U) << at << complaint_about(damaged);
     damaged[at] = bytes[at];
   }
+}
+
+/// What a forger could do, or a fault of the writer: whatever the state holds, it is read or refused.
+TEST_F(CheckpointFile, AWrongStateUnderARightChecksumIsReadOrRefused) {
+  const CheckpointOwner owner{"online survey", field_texts(config)};
+  const std::string state(open_checkpoint(owner, bytes, "a.state"));
+  std::mt19937_64 random(13);
+  int refused = 0;
+  for (int i = 0; i < 3000; ++i) {
+    std::string wrong = state;
+    for (std::uint64_t k = 0; k <= random() % 4U; ++k) wrong[random() % wrong.size()] = static_cast<char>(random());
+    if (i % 10 == 0) wrong.resize(random() % wrong.size());
+    if (complaint_about(seal_checkpoint(owner, wrong, "")).empty()) continue;
+    ++refused;
+  }
+  EXPECT_GT(refused, 500);
 }
 
 TEST_F(CheckpointFile, OfAnotherConfigurationNamesTheKeyThatDiffers) {

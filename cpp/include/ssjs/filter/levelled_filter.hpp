@@ -27,6 +27,9 @@ struct StateRows {
     a("vehicle", vehicle);
     a("landmark", landmark);
     a("H_landmark", H_landmark);
+    a.require(vehicle.H.rows() == rows() && vehicle.R.rows() == rows() && vehicle.R.cols() == rows() &&
+                  (landmark == kNoLandmark || H_landmark.rows() == rows()),
+              "has rows that do not fit each other");
   }
 };
 

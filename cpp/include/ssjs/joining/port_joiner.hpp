@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "ssjs/base/config_field.hpp"
+#include "ssjs/joining/closure_guard.hpp"
 #include "ssjs/joining/map_joiner.hpp"
 #include "ssjs/joining/port_association.hpp"
 #include "ssjs/joining/port_duplicates.hpp"
+#include "ssjs/joining/port_fixes.hpp"
 #include "ssjs/joining/port_level.hpp"
 #include "ssjs/joining/port_reach.hpp"
 #include "ssjs/mapping/scan_association.hpp"
@@ -33,6 +35,8 @@ struct PortJoinerConfig {
   std::optional<double> north_offset_rad;
   double north_offset_sigma_rad = 0.05;
   double offset_drift_rad_per_sqrt_s = 0.0;
+  FixConfig fixes;
+  ClosureGuardConfig closures;
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("solver", solver, Choices<PortSolver>{{"batch", PortSolver::kBatch}, {"recursive", PortSolver::kRecursive}},
@@ -53,6 +57,8 @@ struct PortJoinerConfig {
     v.field("north_offset_sigma_rad", north_offset_sigma_rad, Rule::positive(), "... and its standard deviation");
     v.field("offset_drift_rad_per_sqrt_s", offset_drift_rad_per_sqrt_s, Rule::not_negative(),
             "random walk of the compass offset between maps that state their mean offset only; 0 takes it for constant");
+    v.section("fixes", fixes, "position fixes, such as on surfacing");
+    v.section("closures", closures, "loop closures that contradict each other");
   }
 };
 
@@ -60,17 +66,23 @@ class PortJoiner {
  public:
   explicit PortJoiner(const PortJoinerConfig& config);
 
-  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (P-24). Their maps are
-  /// number 1 and on, number 0 being this datum; where they end is not asked.
-  void stand_on(const std::vector<GaussianSe2>& world_T_base);
+  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (W-1). Their maps are
+  /// number 1 and on, number 0 being this datum; where they end is not asked. The first pairs of a map are refused when more than
+  /// max_chance_alignments as good are to be expected by chance (W-5).
+  void stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
   JoinReport take(LevelledSubmap submap);
+  /// Loop closures that something else claims, between bases that are there (the newest one included). Those that contradict others that
+  /// agree are refused with the reason; so are earlier ones, later, when more agree against them. docs/math/closures.md. Throws
+  /// InvalidArgument on a closure that is none.
+  JoinReport propose(const std::vector<Closure>& closures);
   /// Gauss-Newton over everything: the best estimate there is. Landmarks that are known twice by now are merged.
-  void finish();
+  JoinReport finish();
 
   [[nodiscard]] const std::deque<PortMap>& maps() const { return maps_; }
   [[nodiscard]] const PortLevel& level() const { return *level_; }
+  [[nodiscard]] const ClosureGuard& closures() const { return guard_; }
   [[nodiscard]] GaussianSe2 global_T_newest_base() const;
   /// Borders at which the compass offset was not what the map before had: it jumped, or its first reading in the map was wrong.
   [[nodiscard]] int compass_jumps() const { return compass_jumps_; }
@@ -85,15 +97,55 @@ class PortJoiner {
     Sighting other;
   };
 
+  /// What ties the level together beyond the way, in the order in which it was found: the source from which the level can be built anew.
+  struct Tie {
+    enum class Kind : std::uint8_t { kJoin, kUnite, kPose };
+    Kind kind = Kind::kJoin;
+    int newest = 0;  ///< map when it was found
+    int batch = 0;   ///< those of one batch are tied at once
+    int map = 0;
+    Eigen::Index entry = 0;                ///< landmark of `map`; row of a pose
+    int other = 0;                         ///< map; base of a pose
+    Eigen::Index landmark = 0;             ///< of `other`
+    std::optional<std::size_t> closure{};  ///< that it is part of; none: a landmark known twice
+    bool wrong = false;                    ///< landmarks of different source identities
+
+    void archive(Archive& a) {
+      a.choice("kind", kind, Kind::kPose);
+      a("newest", newest);
+      a("batch", batch);
+      a("map", map);
+      a("entry", entry);
+      a("other", other);
+      a("landmark", landmark);
+      a("closure", closure);
+      a("wrong", wrong);
+    }
+  };
+
+  [[nodiscard]] static std::unique_ptr<PortLevel> make_level(const PortJoinerConfig& config);
   void check(const LevelledSubmap& submap) const;
   void attach(PortMap& map);
-  [[nodiscard]] bool offset_goes_on(const PortMap& map, const Port& start) const;
+  [[nodiscard]] bool offset_goes_on(const PortMap& map) const;
   [[nodiscard]] int offset_at_start(const PortMap& map) const;
   [[nodiscard]] bool offset_is_shared() const;
 
   [[nodiscard]] std::vector<Match> match_by_identity(int newest) const;
   JoinReport pair_with(int observer, const std::vector<int>& others, bool only_ports);
   void join(int observer, const std::vector<Match>& matches);
+  void tie(int observer, const std::vector<Match>& matches);
+  void unite(Sighting a, Sighting b);
+  [[nodiscard]] PortMap& map_at(int base) { return maps_[static_cast<std::size_t>(base)]; }
+
+  void check(const Closure& closure) const;
+  [[nodiscard]] std::vector<Match> standing(int observer, const std::vector<Match>& matches, LoopAttempt& attempt);
+  [[nodiscard]] bool holds(const Tie& tie) const { return !tie.closure || in_force_[*tie.closure]; }
+  [[nodiscard]] LoopAttempt attempt_of(std::size_t closure);
+  void put_in_force(const Tie& tie);
+  [[nodiscard]] std::optional<ClosureFit> against_the_rest(std::size_t closure) const;
+  void judge_by_the_rest(const std::vector<std::size_t>& closures, JoinReport& report);
+  void revise(JoinReport& report);
+  void rebuild();
   void merge_duplicates(const std::vector<int>& among);
   void merge(const Duplicate& duplicate);
   [[nodiscard]] double density_around(int observer, const std::vector<Sighting>& predicted) const;
@@ -101,16 +153,23 @@ class PortJoiner {
   PortJoinerConfig config_;
   PortAssociationConfig association_;
   std::unique_ptr<PortLevel> level_;
+  PortFixes fixes_;
   std::deque<PortMap> maps_;
   PortReach reach_;
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;
-  bool bases_are_given_ = false;
+  std::optional<double> max_chance_alignments_;  ///< of maps whose bases are given
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
   int merged_ = 0, wrongly_merged_ = 0;
+  std::deque<bool> compass_goes_on_;    ///< by map, at its start
+  std::vector<double> drift_variance_;  ///< by map: of its mean offset since the map before
+  ClosureGuard guard_;
+  std::vector<Tie> ties_;
+  std::deque<bool> in_force_;  ///< by closure of the guard: whether the level holds it
+  int batches_ = 0;
 
  public:
   /// Reads into a new joiner.
@@ -118,6 +177,7 @@ class PortJoiner {
 
  private:
   void check_read() const;
+  void check_ties() const;
 };
 
 }  // namespace ssjs

@@ -1,4 +1,4 @@
-/// Which maps of a survey may show the landmarks of another. docs/math/ports.md (P-24), ssjs.md (J-6).
+/// Which maps of a survey may show the landmarks of another. docs/math/ports.md (P-28), ssjs.md (J-6).
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,9 @@ class PortReach {
   /// The map whose base is the next one, once `level` knows that base.
   void add(const MapExtent& extent, const PortKnowledge& level);
   /// The maps before the newest that it may have landmarks in common with (J-6), ascending.
-  [[nodiscard]] std::vector<int> of_newest(const PortKnowledge& level) const;
+  [[nodiscard]] std::vector<int> of_newest(const PortKnowledge& level) const { return before(static_cast<int>(maps()) - 1, level); }
+  /// The same of an older map.
+  [[nodiscard]] std::vector<int> before(int map, const PortKnowledge& level) const;
 
   [[nodiscard]] const MapExtent& extent(int map) const { return extents_[static_cast<std::size_t>(map)]; }
 

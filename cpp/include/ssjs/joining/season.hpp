@@ -1,5 +1,5 @@
 /// Missions over the same ground as maps of one world: what they saw in common ties their frames, and is one contact.
-/// docs/math/season.md (P-24..P-27).
+/// docs/math/season.md (W-1..W-4).
 #pragma once
 
 #include <Eigen/Core>
@@ -25,6 +25,7 @@ struct SeasonConfig {
   double joint_gate_probability = PortJoinerConfig{}.joint_gate_probability;
   int node_budget = 10000;
   double max_chance_odds = PortJoinerConfig{}.max_chance_odds;
+  double max_chance_alignments = 0.01;
   double duplicate_probability = PortJoinerConfig{}.duplicate_probability;
   template <class Visitor>
   void visit(Visitor& v) {
@@ -32,6 +33,8 @@ struct SeasonConfig {
     v.field("joint_gate_probability", joint_gate_probability, Rule::open(0, 1), "joint gate of all pairings of a mission");
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one mission");
     v.field("max_chance_odds", max_chance_odds, Rule::positive(), "odds of chance from which on a pair of two missions is refused");
+    v.field("max_chance_alignments", max_chance_alignments, Rule::positive(),
+            "the pairs of a mission are refused when so many alignments as good are to be expected by chance");
     v.field("duplicate_probability", duplicate_probability, Rule{0, 1, false, true},
             "how likely a contact of the season is to be known a second time; 0: nothing is merged afterwards");
   }
@@ -56,7 +59,7 @@ struct SeasonEstimate {
   int budget_exhausted = 0;                  ///< missions whose pairing was the best found so far, not the best
 };
 
-/// Missions that might overlap by their origins (P-25) are joined in the order given, each against all before (P-26); others do not meet.
+/// Missions that might overlap by their origins (W-2) are joined in the order given, each against all before (W-3); others do not meet.
 /// Throws InvalidArgument naming the mission whose shapes do not fit, Cancelled when the sink says so.
 [[nodiscard]] SeasonEstimate join_missions(const std::vector<MissionMap>& missions, const SeasonConfig& config,
                                            const ProgressSink& progress = {});

@@ -48,6 +48,7 @@ class LevelledJournal final : public LevelledFilterWatcher {
 
  public:
   void archive(Archive& a) { a("record", record_); }
+  [[nodiscard]] bool fits(const LevelledFilter& filter) const { return record_.fits(filter.size()); }
 };
 
 }  // namespace ssjs

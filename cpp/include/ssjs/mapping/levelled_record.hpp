@@ -71,9 +71,12 @@ class LevelledRecord {
  public:
   /// What was not forgotten; reads into an empty record.
   void archive(Archive& a);
+  /// Whether a filter that has `size` entries by now can have done this.
+  [[nodiscard]] bool fits(Eigen::Index size) const;
 
  private:
   void archive_entry(Archive& a, Entry& entry);
+  void archive_motion(Archive& a, Tape<double>::Piece& piece);
   void archive_numbers(Archive& a, std::string_view name, Tape<double>::Piece& piece, Eigen::Index rows, Eigen::Index columns);
 };
 

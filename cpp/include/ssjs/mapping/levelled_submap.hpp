@@ -9,6 +9,7 @@
 #include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/gaussian.hpp"
 #include "ssjs/geometry/se2.hpp"
+#include "ssjs/mapping/base_fix.hpp"
 #include "ssjs/mapping/submap.hpp"
 
 namespace ssjs {
@@ -57,6 +58,7 @@ struct LevelledStep {
 ///   t = (x m, y m, heading rad) of the vehicle when the map ended: base_T_next_base
 ///   c (kConstant) or c_s, c_e (kBorders), rad in [-pi, pi)
 ///   landmarks, 3 each: x, y in the base frame, z absolute depth, m
+///   in a map that was joined: poses of other bases that loop closures claimed, 3 each as t (docs/math/closures.md C-10)
 struct LevelledSubmap {
   int index = 0;
   double start_time_s = 0.0;
@@ -69,6 +71,8 @@ struct LevelledSubmap {
   std::vector<MapLandmark> landmarks;         ///< in the order of the state
   std::vector<std::vector<double>> seen_s{};  ///< when each landmark was, ascending; empty where nobody remembers
   std::vector<LevelledStep> steps;            ///< ascending time
+  std::optional<BaseFix> start_fix{};         ///< of the base at which the map starts: only of the first map
+  std::optional<BaseFix> exit_fix{};          ///< of the base at which it ends
 
   [[nodiscard]] static auto exit() { return Eigen::seqN(0, Eigen::fix<3>); }
   [[nodiscard]] Se2 base_T_exit() const { return Se2::from_vector(mean.head<3>()); }
@@ -95,8 +99,14 @@ struct LevelledSubmap {
     a("landmarks", landmarks);
     a("seen_s", seen_s);
     a("steps", steps);
-    a.require(mean.size() == landmark_offset(landmark_count()) && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
+    a("start_fix", start_fix);
+    a("exit_fix", exit_fix);
+    const Eigen::Index further = mean.size() - landmark_offset(landmark_count());
+    a.require(further >= 0 && further % 3 == 0 && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
               "has a mean, a covariance and landmarks that do not fit each other");
+    for (const LevelledStep& step : steps) {
+      a.require(step.gain.cols() >= 3 && step.gain.cols() <= mean.size(), "has a step with a gain of the wrong shape");
+    }
     a.require(seen_s.empty() || seen_s.size() == landmarks.size(), "has sighting times of more or fewer landmarks than it has");
   }
 };

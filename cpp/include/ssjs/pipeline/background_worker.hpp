@@ -10,7 +10,7 @@
 namespace ssjs {
 
 /// One job at a time, on a thread that is started with the first and kept. Where the system can give a thread of a process its own
-/// priority (Linux) it has the lowest: on a single core the sampling goes first.
+/// priority (Linux) it is nicer by 5 than the thread that starts it: on a single core the sampling goes first.
 class BackgroundWorker {
  public:
   BackgroundWorker() = default;
