@@ -266,19 +266,25 @@ std::size_t Estimator::checkpoint(void* out, std::size_t capacity) noexcept {
   });
 }
 
-bool Estimator::restore(const char* path) noexcept {
-  Inside* const found = inside_->another([&] { return OnlineSurvey::restored_from(inside_->survey.config(), path); });
+bool Estimator::become(Inside* found) noexcept {
   if (found == nullptr) return false;
+  static_cast<void>(inside_->guarded(false, [&] {
+    found->survey.set_log(inside_->survey.log());
+    return true;
+  }));
   delete std::exchange(inside_, found);
   return true;
+}
+
+bool Estimator::restore(const char* path) noexcept {
+  Inside* const found = inside_->another([&] { return OnlineSurvey::restored_from(inside_->survey.config(), path); });
+  return become(found);
 }
 
 bool Estimator::restore(const void* bytes, std::size_t size) noexcept {
   const std::string_view all(static_cast<const char*>(bytes), size);
   Inside* const found = inside_->another([&] { return OnlineSurvey::restored(inside_->survey.config(), all, "checkpoint"); });
-  if (found == nullptr) return false;
-  delete std::exchange(inside_, found);
-  return true;
+  return become(found);
 }
 
 const char* Estimator::last_error() const noexcept { return inside_->error.data(); }

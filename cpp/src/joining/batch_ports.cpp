@@ -352,6 +352,9 @@ void BatchPorts::resume(const std::deque<PortMap>& maps) {
     if (!known(UnknownKind::kOffset, drift.from) || !known(UnknownKind::kOffset, drift.to) || !(drift.variance > 0.0))
       throw InvalidArgument("drift to offset", drift.to, "must lead from one offset to another, with a positive variance");
   }
+  for (const FixFactor& fix : fixes_) {
+    if (!known(UnknownKind::kBase, fix.base)) throw InvalidArgument("fix of base", fix.base, "must be one of those there are");
+  }
   const bool settled = !pattern_is_stale_;
   count_landmarks();
   for (const PortMap& map : maps) set_factor(map, {});

@@ -158,7 +158,7 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double m
   compass_goes_on_.push_back(true);
   drift_variance_.push_back(0.0);
   maps_.push_back({std::move(datum), {}});
-  level_->introduce(maps_.back(), bases);  // (P-24)
+  level_->introduce(maps_.back(), bases);  // (W-1)
   put(maps_.back(), bases);
   level_->settle();
   reach_.add({}, *level_);
@@ -285,7 +285,7 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
   report.budget_exhausted = found.budget_exhausted;
   if (max_chance_alignments_ && map.ports.empty() &&
       expected_chance_alignments(observed, predicted, found.pairs, *level_, density_per_m2, config_.gate_probability) >
-          *max_chance_alignments_) {  // (P-28)
+          *max_chance_alignments_) {  // (W-5)
     found.refused += static_cast<int>(found.pairs.size());
     found.pairs.clear();
   }

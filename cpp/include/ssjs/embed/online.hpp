@@ -184,6 +184,7 @@ class SSJS_ONLINE_API Estimator {
 
  private:
   class Inside;
+  bool become(Inside* found) noexcept;
   Inside* inside_;
 };
 
