@@ -19,7 +19,8 @@ constexpr const char* kUsage =
     "  growth       every method over the number of landmarks  --limit-s --method --seed\n"
     "  revisit      global level, a fixed area                 --laps --rounds --association --seed --csv\n"
     "  exploration  global level, a growing field              --columns --rows --rounds --association --seed --csv\n"
-    "  crossover    dense against sparse global level          --columns --rows --rounds --association --seed\n";
+    "  crossover    dense against sparse global level          --columns --rows --rounds --association --seed\n"
+    "  faults       everything that can go wrong under water   --seeds --method --seed\n";
 
 int whole_number(const std::string& flag, const std::string& text) {
   int value = 0;
@@ -59,10 +60,13 @@ StudyOptions parse(int count, char** arguments) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  const std::map<std::string, void (*)(const StudyOptions&)> studies{
-      {"grid-survey", ssjs::benchmarks::study_grid_survey}, {"methods", ssjs::benchmarks::study_methods},
-      {"growth", ssjs::benchmarks::study_growth},           {"revisit", ssjs::benchmarks::study_revisit},
-      {"exploration", ssjs::benchmarks::study_exploration}, {"crossover", ssjs::benchmarks::study_crossover}};
+  const std::map<std::string, void (*)(const StudyOptions&)> studies{{"grid-survey", ssjs::benchmarks::study_grid_survey},
+                                                                     {"methods", ssjs::benchmarks::study_methods},
+                                                                     {"growth", ssjs::benchmarks::study_growth},
+                                                                     {"revisit", ssjs::benchmarks::study_revisit},
+                                                                     {"exploration", ssjs::benchmarks::study_exploration},
+                                                                     {"crossover", ssjs::benchmarks::study_crossover},
+                                                                     {"faults", ssjs::benchmarks::study_faults}};
   const auto study = studies.find(count > 1 ? arguments[1] : "");
   if (study == studies.end()) {
     std::fputs(kUsage, stderr);

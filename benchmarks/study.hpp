@@ -13,7 +13,7 @@ struct StudyOptions {
   int columns = 200, rows = 100;      ///< landmarks of the explored field
   std::string association = "known";  ///< or "jcbb"
   int limit_s = 60;                   ///< processor time of one point of the growth study
-  std::string method;                 ///< of the growth study; empty: all
+  std::string method;                 ///< of the growth study, or part of a fault's name; empty: all
   std::uint64_t seed = 0;
   std::string csv;  ///< one line a closing; empty: no file
 };
@@ -33,5 +33,8 @@ void study_growth(const StudyOptions& options);
 
 /// The same closings with the dense covariance and with sparse port factors, by the number of live bases.
 void study_crossover(const StudyOptions& options);
+
+/// Everything that can go wrong on the way from the sensors of an underwater vehicle to its estimator: the table of docs/faults.md.
+void study_faults(const StudyOptions& options);
 
 }  // namespace ssjs::benchmarks

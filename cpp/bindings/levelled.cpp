@@ -19,8 +19,8 @@
 namespace ssjs::bindings {
 namespace {
 
-constexpr std::array<const char*, kNavigationSensors> kSensorNames = {"attitude", "compass",      "depth",
-                                                                      "altitude", "velocity_log", "side_scan"};
+constexpr std::array<const char*, kNavigationSensors> kSensorNames = {"attitude",     "compass",   "depth", "altitude",
+                                                                      "velocity_log", "side_scan", "fix",   "gyro"};
 
 template <std::size_t kSize>
 std::vector<double> upper_triangle(const Eigen::Matrix<double, kSize, kSize>& P) {
@@ -120,6 +120,19 @@ py::dict to_python(const LevelledResult& result) {
   }
   dict["live_maps"] = live_maps;
   dict["loops"] = loop_list(result.loops);
+  py::list fixes;
+  for (const FixAttempt& fix : result.fixes) {
+    py::dict entry;
+    entry["time_s"] = fix.time_s;
+    entry["base"] = fix.base;
+    entry["accepted"] = fix.accepted;
+    entry["relocated"] = fix.relocated;
+    entry["reason"] = fix.reason;
+    entry["chi2"] = fix.chi_squared;
+    entry["distance_m"] = fix.distance_m;
+    fixes.append(entry);
+  }
+  dict["fixes"] = fixes;
   dict["joint_base_covariance"] = result.base_covariance.size() > 0 ? py::cast(result.base_covariance) : py::none();
   py::dict sensors;
   for (std::size_t i = 0; i < kNavigationSensors; ++i) {
@@ -214,6 +227,12 @@ void add_levelled(py::module_& module) {
           },
           py::arg("time_s"), py::arg("point_m"), py::arg("covariance") = py::none(), py::arg("landmark_id") = py::none(),
           "point_m: n x 3, body frame; covariance: n x 6 upper triangles, or the sensor's; a negative landmark_id means unknown.")
+      .def(
+          "add_fixes",
+          [](NavigationLog& log, const Eigen::VectorXd& time_s, const Array& position_m, const Eigen::VectorXd& sigma_m) {
+            log.add_fixes(time_s, Eigen::MatrixXd(position_m), sigma_m);
+          },
+          py::arg("time_s"), py::arg("position_m"), py::arg("sigma_m"), "position_m: n x 2, world frame; sigma_m: of each coordinate.")
       .def("__len__", [](NavigationLog& log) { return log.ticks().size(); });
 
   module.def("run_levelled", &run, py::arg("config"), py::arg("log"), py::arg("progress") = py::none(), py::arg("seed") = 1,

@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -38,7 +39,7 @@ class Table {
 };
 
 py::dict survey_dict(const SimulatedSurvey& survey) {
-  Table attitude(4), gyro(4), velocity(5), depth(2), altitude(2), sightings(4), truth(7), landmarks(3);
+  Table attitude(4), gyro(4), velocity(5), depth(2), altitude(2), fixes(4), sightings(4), truth(7), landmarks(3);
   std::vector<std::int64_t> ids;
   for (const NavigationTick& tick : survey.ticks) {
     const double t = tick.time_s;
@@ -52,6 +53,7 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
     }
     if (tick.depth_m) depth.add({t, *tick.depth_m});
     if (tick.altitude_m) altitude.add({t, *tick.altitude_m});
+    if (tick.fix) fixes.add({t, tick.fix->world_p_vehicle.x(), tick.fix->world_p_vehicle.y(), std::sqrt(tick.fix->covariance(0, 0))});
     for (const SideScanSighting& sighting : tick.sightings) {
       const Eigen::Vector3d& p = sighting.vehicle_p_point;
       sightings.add({t, p.x(), p.y(), p.z()});
@@ -71,6 +73,7 @@ py::dict survey_dict(const SimulatedSurvey& survey) {
   dict["velocity"] = velocity.array();
   dict["depth"] = depth.array();
   dict["altitude"] = altitude.array();
+  dict["fixes"] = fixes.array();
   dict["sightings"] = sightings.array();
   dict["sighting_ids"] = array_of(ids);
   dict["truth"] = truth.array();

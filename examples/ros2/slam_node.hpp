@@ -161,7 +161,7 @@ class SlamNode : public rclcpp::Node {
         break;
       default:
         status.level = DiagnosticStatus::WARN;
-        status.message = "degraded: a sensor is silent or refused";
+        status.message = now.advice;
     }
     const auto add = [&](const std::string& key, const auto& value) {
       diagnostic_msgs::msg::KeyValue entry;
@@ -172,7 +172,7 @@ class SlamNode : public rclcpp::Node {
     add("position sigma (m)", now.position_sigma_m);
     add("submaps", now.submaps);
     add("loop closures", now.loop_closures);
-    const char* const sensors[] = {"attitude", "compass", "depth", "altitude", "velocity", "sighting"};
+    const char* const sensors[] = {"attitude", "compass", "depth", "altitude", "velocity", "sighting", "fix", "gyro"};
     for (std::size_t i = 0; i < ssjs::online::kSensors; ++i) {
       add(std::string(sensors[i]) + " silent for (s)", now.silent_for_s[i]);
       add(std::string(sensors[i]) + " refused", now.refused[i]);

@@ -38,6 +38,7 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import Evaluation, evaluate
 from ssjs_cli.formats.atomic import check_replaceable, new_directory
 from ssjs_cli.formats.mission import MISSION_FILE, Mission, Observations, Odometry, input_digests, mission_directory, read_mission
+from ssjs_cli.formats.navigation import POSITION_FIXES_FILE
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import (
     CONFIG_FILE,
@@ -326,6 +327,14 @@ def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str
         return texts
     if mission.navigation is not None and (mission.navigation.velocity is None or not mission.navigation.velocity.bottom_lock.any()):
         texts.append("no velocity over the bottom: the vehicle is taken to keep the speed it starts with (start.speed_m_s)")
+    if mission.navigation is not None and mission.navigation.fixes is not None and not result.get("fixes"):
+        texts.append(f"no position fix of {POSITION_FIXES_FILE} was used: only the method ssjs takes them, with split.fix_interval_s set")
+    for fix in result.get("fixes", []):
+        if fix["relocated"]:
+            texts.append(
+                f"by the position fixes about {fix['time_s']:.0f} s the track was {fix['distance_m']:.0f} m off, more than it knew of: it "
+                "goes on from the fixes; look for a sensor that failed before, or for fixes in another frame"
+            )
     jumps = result["counters"].get("compass_jumps", 0)
     if jumps:
         texts.append(f"the compass offset jumped between {jumps} submaps; check the compass, or its drift (motion.compass_walk_rad_sqrt_s)")

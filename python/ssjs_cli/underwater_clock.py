@@ -7,7 +7,7 @@ import numpy as np
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.mission import OBSERVATIONS_FILE, Mission
-from ssjs_cli.formats.navigation import ALTITUDE_FILE, DEPTH_FILE, DVL_FILE, IMU_FILE, UnderwaterNavigation
+from ssjs_cli.formats.navigation import ALTITUDE_FILE, DEPTH_FILE, DVL_FILE, IMU_FILE, POSITION_FIXES_FILE, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray, NumberTable
 
 # Slower attitude is that of no vehicle, but one in other units.
@@ -21,7 +21,7 @@ Series = tuple[str, FloatArray]
 def check_clock(mission: Mission, navigation: UnderwaterNavigation, directory: Path) -> None:
     series = _series(mission, navigation)
     for name, time_s in series:
-        if len(time_s) > 1 and time_s[0] == time_s[-1] and name != OBSERVATIONS_FILE:
+        if len(time_s) > 1 and time_s[0] == time_s[-1] and name not in (OBSERVATIONS_FILE, POSITION_FIXES_FILE):
             raise UserError(f"{directory / name}: all {len(time_s)} lines have the time {float(time_s[0])!r}; give each record its own")
     attitude_s = navigation.attitude.time_s
     if not attitude_s[-1] > attitude_s[0]:
@@ -43,6 +43,7 @@ def _series(mission: Mission, navigation: UnderwaterNavigation) -> list[Series]:
         (DVL_FILE, navigation.velocity),
         (DEPTH_FILE, navigation.depth),
         (ALTITUDE_FILE, navigation.altitude),
+        (POSITION_FIXES_FILE, navigation.fixes),
         (OBSERVATIONS_FILE, mission.points),
     )
     return [(name, part.time_s) for name, part in parts if part is not None]

@@ -47,6 +47,12 @@ def build_navigation_log(mission: Mission, directory: Path, lost: list[str]) -> 
             log.add_depth(navigation.depth.time_s, navigation.depth.value)
         if navigation.altitude is not None:
             log.add_altitude(navigation.altitude.time_s, navigation.altitude.value)
+        if navigation.fixes is not None:
+            fixes = navigation.fixes
+            used = (fixes.time_s >= attitude.time_s[0]) & (fixes.time_s <= attitude.time_s[-1])
+            if not used.all():
+                lost.append(f"{int((~used).sum())} of {len(used)} position fixes lie outside the time of {IMU_FILE} and were not used")
+            log.add_fixes(fixes.time_s[used], fixes.position_m[used], fixes.sigma_m[used])
         if mission.points is not None:
             points = mission.points
             used = (points.time_s >= attitude.time_s[0]) & (points.time_s <= attitude.time_s[-1])

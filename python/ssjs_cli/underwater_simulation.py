@@ -13,7 +13,7 @@ from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables, nest
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.geographic import to_longitude_latitude
 from ssjs_cli.formats.mission import BodyPoints, Geodetic, Mission, Reference, ReferenceDescription, SurveyedLandmarks
-from ssjs_cli.formats.navigation import Attitude, BottomVelocity, Scalars, UnderwaterNavigation
+from ssjs_cli.formats.navigation import Attitude, BottomVelocity, PositionFixes, Scalars, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.formats.xtf_writer import SideScanPings, write_xtf
@@ -23,6 +23,31 @@ WEAK_HEADING_SURVEY = "auv-survey-weak-heading"
 SIDE_SCAN_SURVEY = "side-scan-survey"
 SIDE_SCAN_SURVEY_LARGE = "side-scan-survey-large"
 REMUS_SURVEY = "remus-survey"
+REMUS_SURVEY_WITHOUT_FIXES = "remus-survey-no-fix"
+
+# Objects on 400 m x 300 m, four hours: two dives over the same lines and cross lines, at 12 m and at 14 m.
+_REMUS: Mapping[str, Any] = MappingProxyType(
+    {
+        "lines.lines": 12,
+        "lines.line_length_m": 370.0,
+        "lines.line_spacing_m": 25.0,
+        "lines.cross_lines": 17,
+        "lines.cross_margin_m": 15.0,
+        "lines.landmark_margin_m": 12.5,
+        "lines.dives": 2,
+        "vehicle.dive_step_m": 2.0,
+        "vehicle.depth_gain_rad_m": 0.3,
+        "vehicle.sample_loss_fraction": 0.02,
+        "seabed.depth_m": 15.8,
+        "seabed.slope_north": 0.002,
+        "seabed.slope_east": -0.001,
+        "seabed.undulation_m": 0.15,
+        "seabed.ripple_m": 0.03,
+        "objects": 80,
+        "clearance_m": 8.0,
+        "max_altitude_m": 8.0,
+    }
+)
 
 # By scenario with sonar pings, what differs from the simulator's own defaults.
 SONAR_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
@@ -35,27 +60,9 @@ SONAR_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
             "lines.cross_lines": 5,
             "objects": 300,
         },
-        # Objects on 400 m x 300 m, four hours: two dives over the same lines and cross lines, at 12 m and at 14 m.
-        REMUS_SURVEY: {
-            "lines.lines": 12,
-            "lines.line_length_m": 370.0,
-            "lines.line_spacing_m": 25.0,
-            "lines.cross_lines": 17,
-            "lines.cross_margin_m": 15.0,
-            "lines.landmark_margin_m": 12.5,
-            "lines.dives": 2,
-            "vehicle.dive_step_m": 2.0,
-            "vehicle.depth_gain_rad_m": 0.3,
-            "vehicle.sample_loss_fraction": 0.02,
-            "seabed.depth_m": 15.8,
-            "seabed.slope_north": 0.002,
-            "seabed.slope_east": -0.001,
-            "seabed.undulation_m": 0.15,
-            "seabed.ripple_m": 0.03,
-            "objects": 80,
-            "clearance_m": 8.0,
-            "max_altitude_m": 8.0,
-        },
+        # From the surface, and satellites whenever the vehicle is there.
+        REMUS_SURVEY: {**_REMUS, "lines.surface_start": True, "lines.run_in_m": 150.0, "vehicle.fix_interval_s": 1.0},
+        REMUS_SURVEY_WITHOUT_FIXES: _REMUS,
     }
 )
 # By scenario with sightings, the same. Turn rates of 4 deg/s noise instead of 0.2: 1.3 deg/sqrt(s) of heading are lost.
@@ -65,9 +72,13 @@ POINT_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 # Settings that a mission brings along. Looked for are objects of 0.4 m and more: with a pixel more on each side, 6 columns of 0.1 m across
 # the track and 4 pings 0.21 m apart. False echoes are rare enough that two hardly ever fall on one spot. With a weak heading: a filter that
 # knows it and leaves the compass alone.
+_REMUS_SETTINGS: Mapping[str, Any] = MappingProxyType(
+    {"sonar.highlight_shadow.smallest_highlight_px": 24, "existence.chance_probability": 0.003}
+)
 SCENARIO_SETTINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        REMUS_SURVEY: {"sonar.highlight_shadow.smallest_highlight_px": 24, "existence.chance_probability": 0.003},
+        REMUS_SURVEY: _REMUS_SETTINGS,
+        REMUS_SURVEY_WITHOUT_FIXES: _REMUS_SETTINGS,
         WEAK_HEADING_SURVEY: {**POINT_SCENARIOS[WEAK_HEADING_SURVEY], "compass_use": "none"},
     }
 )
@@ -159,6 +170,7 @@ def _mission(name: str, description: str, settings: Mapping[str, Any], survey: M
             BottomVelocity(velocity[:, 0], velocity[:, 1:4], velocity[:, 4] == 1.0),
             Scalars(*np.ascontiguousarray(survey["depth"].T)),
             Scalars(*np.ascontiguousarray(survey["altitude"].T)),
+            _fixes(survey),
         ),
         settings=dict(settings),
         # The estimate starts at the true pose, which defines the frame: nothing to align.
@@ -171,6 +183,11 @@ def _mission(name: str, description: str, settings: Mapping[str, Any], survey: M
     )
 
 
+def _fixes(survey: Mapping[str, Any]) -> PositionFixes | None:
+    fixes = survey["fixes"]
+    return PositionFixes(fixes[:, 0], fixes[:, 1:3], fixes[:, 3]) if len(fixes) else None
+
+
 def _points(survey: Mapping[str, Any]) -> BodyPoints | None:
     points = survey["sightings"]
     return BodyPoints(points[:, 0], points[:, 1:4], np.asarray(survey["sighting_ids"])) if len(points) else None
@@ -179,7 +196,7 @@ def _points(survey: Mapping[str, Any]) -> BodyPoints | None:
 def _dated(survey: Mapping[str, Any]) -> dict[str, Any]:
     """With UTC instead of seconds since the start."""
     dated = dict(survey)
-    for key in ("attitude", "gyro", "velocity", "depth", "altitude", "truth"):
+    for key in ("attitude", "gyro", "velocity", "depth", "altitude", "fixes", "truth"):
         table = survey[key].copy()
         table[:, 0] += SONAR_EPOCH_S
         dated[key] = table

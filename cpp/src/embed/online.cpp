@@ -20,6 +20,9 @@ inline namespace v1 {
 namespace {
 
 static_assert(kSensors == kNavigationSensors);
+static_assert(static_cast<int>(SensorState::kWrongUnit) == static_cast<int>(ssjs::SensorState::kWrongUnit));
+static_assert(static_cast<int>(Note::kClosure) == static_cast<int>(NoteKind::kClosure));
+static_assert(static_cast<int>(Sensor::kGyro) == static_cast<int>(NavigationSensor::kGyro));
 static_assert(static_cast<int>(Arrival::kFlood) == static_cast<int>(ssjs::Arrival::kFlood));
 static_assert(static_cast<int>(Health::kLost) == static_cast<int>(SurveyHealth::kLost));
 
@@ -28,6 +31,13 @@ void put_rows(const Matrix& matrix, double* out) {
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
     for (Eigen::Index j = 0; j < matrix.cols(); ++j) *out++ = matrix(i, j);
   }
+}
+
+/// As much of it as fits.
+void put_text(const char* text, char* out, std::size_t size) noexcept {
+  std::size_t i = 0;
+  for (; text[i] != '\0' && i + 1 < size; ++i) out[i] = text[i];
+  out[i] = '\0';
 }
 
 Pose pose_of(const SurveyStep& step) {
@@ -92,11 +102,7 @@ class Estimator::Inside {
   std::array<char, 512> error{};
 
  private:
-  void remember(const char* text) noexcept {
-    std::size_t i = 0;
-    for (; text[i] != '\0' && i + 1 < error.size(); ++i) error[i] = text[i];
-    error[i] = '\0';
-  }
+  void remember(const char* text) noexcept { put_text(text, error.data(), error.size()); }
 };
 
 Estimator::Estimator(const Setting* settings, std::size_t count) : inside_(nullptr) {
@@ -164,6 +170,12 @@ Arrival Estimator::feed(const Sighting& sample) noexcept {
   });
 }
 
+Arrival Estimator::feed(const Fix& sample) noexcept {
+  NavigationTick tick = tick_at(sample.time_s);
+  tick.fix = PositionFix{{sample.x_m, sample.y_m}, Eigen::Map<const Eigen::Matrix2d>(sample.covariance_m2), sample.set_pose};
+  return inside_->feed(tick);
+}
+
 bool Estimator::pose(Pose* out) const noexcept {
   return inside_->guarded(false, [&] {
     const std::optional<SurveyStep> step = inside_->survey.global_T_vehicle();
@@ -187,9 +199,25 @@ Status Estimator::status() const noexcept {
     out.landmarks = now.landmarks;
     out.loop_closures = now.loop_closures;
     out.compass_jumps = now.compass_jumps;
+    out.relocations = now.relocations;
+    for (std::size_t i = 0; i < kSensors; ++i) out.sensors[i] = static_cast<SensorState>(now.sensors[i]);
+    put_text(now.advice.c_str(), out.advice, kAdviceLength);
+    out.clock_changes = now.clock_changes;
+    out.clock_offset_s = now.clock_offset_s;
     out.waits = now.waits;
     out.joining = now.joining;
     return out;
+  });
+}
+
+void Estimator::set_log(LogCallback callback, void* context) noexcept {
+  (void)inside_->guarded(false, [&] {
+    SurveyLog log;
+    if (callback != nullptr) {
+      log = [=](const SurveyNote& note) { callback(context, static_cast<Note>(note.kind), note.time_s, note.text.c_str()); };
+    }
+    inside_->survey.set_log(std::move(log));
+    return true;
   });
 }
 
@@ -238,19 +266,25 @@ std::size_t Estimator::checkpoint(void* out, std::size_t capacity) noexcept {
   });
 }
 
-bool Estimator::restore(const char* path) noexcept {
-  Inside* const found = inside_->another([&] { return OnlineSurvey::restored_from(inside_->survey.config(), path); });
+bool Estimator::become(Inside* found) noexcept {
   if (found == nullptr) return false;
+  static_cast<void>(inside_->guarded(false, [&] {
+    found->survey.set_log(inside_->survey.log());
+    return true;
+  }));
   delete std::exchange(inside_, found);
   return true;
+}
+
+bool Estimator::restore(const char* path) noexcept {
+  Inside* const found = inside_->another([&] { return OnlineSurvey::restored_from(inside_->survey.config(), path); });
+  return become(found);
 }
 
 bool Estimator::restore(const void* bytes, std::size_t size) noexcept {
   const std::string_view all(static_cast<const char*>(bytes), size);
   Inside* const found = inside_->another([&] { return OnlineSurvey::restored(inside_->survey.config(), all, "checkpoint"); });
-  if (found == nullptr) return false;
-  delete std::exchange(inside_, found);
-  return true;
+  return become(found);
 }
 
 const char* Estimator::last_error() const noexcept { return inside_->error.data(); }

@@ -4,7 +4,7 @@ namespace ssjs {
 
 bool share_a_sensor(const NavigationTick& a, const NavigationTick& b) {
   return (a.gyro_rad_s && b.gyro_rad_s) || (a.roll_pitch_rad && b.roll_pitch_rad) || (a.compass_rad && b.compass_rad) ||
-         (a.depth_m && b.depth_m) || (a.altitude_m && b.altitude_m) || (a.velocity && b.velocity);
+         (a.depth_m && b.depth_m) || (a.altitude_m && b.altitude_m) || (a.velocity && b.velocity) || (a.fix && b.fix);
 }
 
 void take_in(NavigationTick& tick, const NavigationTick& more) {
@@ -17,6 +17,7 @@ void take_in(NavigationTick& tick, const NavigationTick& more) {
   take(tick.depth_m, more.depth_m);
   take(tick.altitude_m, more.altitude_m);
   take(tick.velocity, more.velocity);
+  take(tick.fix, more.fix);
   tick.sightings.insert(tick.sightings.end(), more.sightings.begin(), more.sightings.end());
 }
 

@@ -1,8 +1,10 @@
 #include "ssjs/io/navigation_log.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
+#include "ssjs/base/error.hpp"
 #include "ssjs/io/log_checks.hpp"
 
 namespace ssjs {
@@ -101,6 +103,22 @@ void NavigationLog::add_sightings(const Column& time_s, const Table& vehicle_p_p
     if (landmark_id && (*landmark_id)[static_cast<std::size_t>(i)] >= 0) sighting.landmark_id = (*landmark_id)[static_cast<std::size_t>(i)];
     NavigationTick tick = tick_at(time_s(i));
     tick.sightings.push_back(sighting);
+    add(std::move(tick));
+  }
+}
+
+void NavigationLog::add_fixes(const Column& time_s, const Table& world_p_vehicle, const Column& sigma_m) {
+  check_rows("fixes", world_p_vehicle.rows(), time_s.size());
+  check_columns("fixes", world_p_vehicle.cols(), 2);
+  check_rows("sigma_m", sigma_m.size(), time_s.size());
+  check_times("fixes", time_s);
+  check_finite("fixes", "x, y", world_p_vehicle);
+  check_finite("fixes", "sigma_m", sigma_m);
+  make_room(time_s.size());
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    if (!(sigma_m(i) > 0.0)) throw InvalidArgument("fixes, row " + std::to_string(i + 1) + ", sigma_m", sigma_m(i), "must be positive");
+    NavigationTick tick = tick_at(time_s(i));
+    tick.fix = PositionFix{world_p_vehicle.row(i).transpose(), sigma_m(i) * sigma_m(i) * Eigen::Matrix2d::Identity(), false};
     add(std::move(tick));
   }
 }

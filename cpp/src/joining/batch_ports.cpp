@@ -63,6 +63,17 @@ void BatchPorts::merge_landmarks(int keep, int gone) {
   pattern_is_stale_ = true;
 }
 
+void BatchPorts::free_start(const StartPrior& prior) {
+  if (start_prior_) return;
+  start_prior_ = prior;
+  pattern_is_stale_ = true;
+}
+
+void BatchPorts::fix(const FixFactor& fix) {
+  fixes_.push_back(fix);
+  pattern_is_stale_ = true;  // of a base that no map holds yet
+}
+
 void BatchPorts::count_landmarks() {
   landmark_places_.clear();
   int living = 0;
@@ -88,12 +99,12 @@ void BatchPorts::set_factor(const PortMap& map, const std::vector<Port>& more) {
 }
 
 std::pair<Eigen::Index, Eigen::Index> BatchPorts::free_rows(const Unknown& unknown) const {
-  if (unknown.kind == UnknownKind::kBase && unknown.index == 0) return {2, 1};  // of a world aligned to north: the heading
+  if (unknown.kind == UnknownKind::kBase && unknown.index == 0 && !start_prior_) return {2, 1};  // of a world aligned to north: the heading
   return {0, rows_of(unknown.kind)};
 }
 
 int BatchPorts::slot(const Unknown& unknown) const {
-  const int first_base = prior_ ? 0 : 1;  // base 0 is the world, or free to turn
+  const int first_base = prior_ || start_prior_ ? 0 : 1;  // base 0 is the world, or free to turn, or free
   const int bases = static_cast<int>(values_.bases.size()) - first_base;
   const int offsets = static_cast<int>(values_.offsets.size());
   switch (unknown.kind) {
@@ -145,6 +156,7 @@ void BatchPorts::analyse() {
       for (const int b : touched) couple(a, b);
     }
   }
+  for (const FixFactor& fix : fixes_) couple(slot({UnknownKind::kBase, fix.base}), slot({UnknownKind::kBase, fix.base}));
   for (const Drift& drift : drifts_) couple(slot({UnknownKind::kOffset, drift.to}), slot({UnknownKind::kOffset, drift.from}));
   hessian_.set_pattern(sizes, blocks);
   pattern_is_stale_ = false;
@@ -190,6 +202,23 @@ double BatchPorts::linearize(bool with_hessian) {
     add_scalar(from, from, W);
     add_scalar(to, from, -W);
     add_scalar(from, to, -W);
+  }
+  for (const FixFactor& fix : fixes_) {  // (P-30)
+    const PlacedFix placed = place_fix(values_.base(fix.base), fix.base_p);
+    const Eigen::Vector2d residual = placed.world_p - fix.world_p;
+    const Eigen::Matrix2d W = fix.covariance.inverse();
+    const int at = slot({UnknownKind::kBase, fix.base});
+    cost += 0.5 * residual.dot(W * residual);
+    gradient_.segment<3>(hessian_.row_of(at)) += placed.J_base.transpose() * W * residual;
+    if (with_hessian) hessian_.add<3, 3>(at, at, placed.J_base.transpose() * W * placed.J_base);
+  }
+  if (start_prior_ && !prior_) {  // (P-31)
+    const int at = slot({UnknownKind::kBase, 0});
+    const double heading = values_.base(0).heading;
+    cost += 0.5 * heading * heading / start_prior_->heading_variance;
+    gradient_(hessian_.row_of(at) + 2) += heading / start_prior_->heading_variance;
+    if (with_hessian)
+      hessian_.add<3, 3>(at, at, Eigen::Vector3d(0.0, 0.0, 1.0 / start_prior_->heading_variance).asDiagonal().toDenseMatrix());
   }
   if (prior_) {  // (P-4)
     const double residual = wrap_angle(values_.offsets.front() - prior_->mean_rad);
@@ -322,6 +351,9 @@ void BatchPorts::resume(const std::deque<PortMap>& maps) {
   for (const Drift& drift : drifts_) {
     if (!known(UnknownKind::kOffset, drift.from) || !known(UnknownKind::kOffset, drift.to) || !(drift.variance > 0.0))
       throw InvalidArgument("drift to offset", drift.to, "must lead from one offset to another, with a positive variance");
+  }
+  for (const FixFactor& fix : fixes_) {
+    if (!known(UnknownKind::kBase, fix.base)) throw InvalidArgument("fix of base", fix.base, "must be one of those there are");
   }
   const bool settled = !pattern_is_stale_;
   count_landmarks();

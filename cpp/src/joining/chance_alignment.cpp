@@ -98,7 +98,7 @@ double expected_chance_alignments(const std::vector<Sighting>& observed, const s
   const double places = std::sqrt(r.P_base.determinant() / after.determinant());
   const double chance = 1.0 - std::exp(-density_per_m2 * area_m2);
   const int reached = std::max(within_reach(observed, predicted, level, gate), static_cast<int>(pairs.size()));
-  return places * binomial_tail(reached, chance, static_cast<int>(pairs.size()));  // (P-28)
+  return places * binomial_tail(reached, chance, static_cast<int>(pairs.size()));  // (W-5)
 }
 
 }  // namespace ssjs

@@ -63,6 +63,7 @@ PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
       association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
       level_(make_level(config)),
+      fixes_(config.fixes),
       guard_(config.closures) {
   if (config.association != AssociationMethod::kKnown && config.association != AssociationMethod::kJointCompatibility) {
     throw InvalidArgument("association", static_cast<int>(config.association), "levelled maps are paired by jcbb or by known identities");
@@ -157,7 +158,7 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double m
   compass_goes_on_.push_back(true);
   drift_variance_.push_back(0.0);
   maps_.push_back({std::move(datum), {}});
-  level_->introduce(maps_.back(), bases);  // (P-24)
+  level_->introduce(maps_.back(), bases);  // (W-1)
   put(maps_.back(), bases);
   level_->settle();
   reach_.add({}, *level_);
@@ -193,6 +194,11 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   reach_.add(extent, *level_);
 
   JoinReport report;
+  const auto fix = [&](const std::optional<BaseFix>& base_fix, int base) {
+    if (base_fix) report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));
+  };
+  fix(maps_.back().submap.start_fix, newest);
+  fix(maps_.back().submap.exit_fix, newest + 1);
   if (config_.association == AssociationMethod::kKnown) {
     LoopAttempt all;
     const std::vector<Match> matches = standing(newest, match_by_identity(newest), all);
@@ -279,7 +285,7 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
   report.budget_exhausted = found.budget_exhausted;
   if (max_chance_alignments_ && map.ports.empty() &&
       expected_chance_alignments(observed, predicted, found.pairs, *level_, density_per_m2, config_.gate_probability) >
-          *max_chance_alignments_) {  // (P-28)
+          *max_chance_alignments_) {  // (W-5)
     found.refused += static_cast<int>(found.pairs.size());
     found.pairs.clear();
   }
@@ -419,6 +425,7 @@ void PortJoiner::archive(Archive& a) {
   CompassPorts compass = compass_.value_or(CompassPorts::kNone);
   a("level", *level_);
   a("maps", maps_);
+  a("fixes", fixes_);
   a("reach", reach_);
   a("first_seen", first_seen);
   a("has_compass", has_compass);

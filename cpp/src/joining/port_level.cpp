@@ -5,6 +5,10 @@
 
 namespace ssjs {
 
+PlacedFix place_fix(const Se2& global_T_base, const Eigen::Vector2d& base_p) {
+  return {global_T_base * base_p, act_jacobian(global_T_base, base_p)};
+}
+
 void append_values(PortValues& values, const PortMap& map, const std::vector<Port>& ports) {
   const Eigen::VectorXd m = place_rows(map, state_rows(ports), values).mean;
   const Se2 global_T_base = values.base(map.base());

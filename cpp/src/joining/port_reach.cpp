@@ -55,7 +55,7 @@ std::vector<int> PortReach::before(int newest, const PortKnowledge& level) const
   for (int k = 0; k < newest; ++k) {
     if (extent(k).landmarks == 0) continue;
     const SeenCentroid centroid = see(own, level.values().base(newest), extent(k), level.values().base(k));
-    // (P-24): the standard deviation of a sum is at most the sum of both
+    // (P-28): the standard deviation of a sum is at most the sum of both
     const double bound_m = largest_sigma(centroid.J_other * base_covariances_[static_cast<std::size_t>(k)] * centroid.J_other.transpose()) +
                            largest_sigma(centroid.J_newest * P_newest * centroid.J_newest.transpose());
     if (centroid.gap_m > kRelinearized * kReachSigmas * bound_m) continue;

@@ -144,6 +144,26 @@ void RecursivePorts::merge_landmarks(int keep, int gone) {
   P_ = P_(rest, rest).eval();
 }
 
+/// The state knows nothing of a position that is free: with the first fix it starts anew from the factors.
+void RecursivePorts::free_start(const StartPrior& prior) { factors_.free_start(prior); }
+
+void RecursivePorts::fix(const FixFactor& fix) {
+  factors_.fix(fix);
+  if (!is_free_) {
+    is_free_ = true;
+    adjust();
+    return;
+  }
+  const PlacedFix placed = place_fix(values_.base(fix.base), fix.base_p);
+  const Eigen::MatrixXd H = over_state(placed.J_base, {{UnknownKind::kBase, fix.base}}, {0});
+  update(placed.world_p - fix.world_p, H, fix.covariance, "fix of base " + std::to_string(fix.base));  // (P-30)
+}
+
+void RecursivePorts::loosen(const PortMap& map) {
+  factors_.loosen(map);
+  adjust();  // (P-9)
+}
+
 void RecursivePorts::settle() {
   if (*std::max_element(turned_rad_.begin(), turned_rad_.end()) > relinearize_heading_rad_) adjust();
 }

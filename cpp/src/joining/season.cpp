@@ -33,7 +33,7 @@ void check(const MissionMap& mission, std::size_t number) {
   }
 }
 
-/// Where the landmarks of a mission may be by its origin alone, as a box along the axes of the world. (P-25)
+/// Where the landmarks of a mission may be by its origin alone, as a box along the axes of the world. (W-2)
 struct Box {
   Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Array2d high = -Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
@@ -100,7 +100,7 @@ LevelledSubmap map_of(const MissionMap& mission, int index) {
   submap.covariance = Eigen::MatrixXd::Identity(3 + n, 3 + n);
   submap.covariance.bottomRightCorner(n, n) = mission.covariance;
   submap.landmarks.resize(static_cast<std::size_t>(count_of(mission)));
-  // A mission has told its own landmarks apart: as those that one ping showed they are different objects. (P-27)
+  // A mission has told its own landmarks apart: as those that one ping showed they are different objects. (W-4)
   submap.seen_s.assign(submap.landmarks.size(), {static_cast<double>(index)});
   return submap;
 }
@@ -162,10 +162,10 @@ SeasonEstimate join_missions(const std::vector<MissionMap>& missions, const Seas
     PortJoiner joiner(joiner_config(config));
     std::vector<GaussianSe2> frames;
     for (const std::size_t i : site) frames.push_back(missions[i].world_T_mission);
-    joiner.stand_on(frames, config.max_chance_alignments);  // (P-24)
+    joiner.stand_on(frames, config.max_chance_alignments);  // (W-1)
     for (std::size_t k = 0; k < site.size(); ++k) {
       if (progress && !progress(static_cast<double>(joined++) / static_cast<double>(missions.size()))) throw Cancelled();
-      season.budget_exhausted += joiner.take(map_of(missions[site[k]], static_cast<int>(k) + 1)).budget_exhausted ? 1 : 0;  // (P-26)
+      season.budget_exhausted += joiner.take(map_of(missions[site[k]], static_cast<int>(k) + 1)).budget_exhausted ? 1 : 0;  // (W-3)
     }
     joiner.finish();
     put_site(season, site, joiner);

@@ -20,8 +20,12 @@ constexpr double kCompassHoldsS = 2.0;        // a compass that is silent for lo
 constexpr double kAttitudeHoldsS = 2.0;       // the same of roll and pitch, without which no map is begun ...
 constexpr double kAttitudeLostS = 1800.0;     // ... unless they never come back
 constexpr double kUntoldTurn = 0.25;          // rad/sqrt(s): a survey's turns, where neither gyro nor compass tells of them
-constexpr double kLongestSilenceS = 4.0 * 3600.0;
-constexpr double kMostSteps = 1000.0;  // of one prediction, however long the silence
+constexpr double kShortestFixedMapS = 5.0;    // a fix does not close a younger map
+constexpr double kFixWaitsS = 2.0;            // ... and waits so long for a velocity that the next map begins with
+constexpr double kSilenceS = 5.0;             // without any sample, and ten times as long as usual: the vehicle may have done anything ...
+constexpr double kUnusual = 10.0;
+constexpr double kSteepest = 1.4;      // rad of pitch, beyond which attitude has no derivatives and no such vehicle goes
+constexpr double kForgottenS = 900.0;  // ... and after this nothing of it is known
 constexpr std::size_t kInitialSightings = 1024;
 constexpr std::size_t kBlocksOfATick = 16;     // sensors and sightings; more is a one-time growth
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks of a map without a limit; grows when a map does
@@ -68,6 +72,7 @@ LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config, StepSmooth
     : config_(checked(config)),
       filter_(landmark_capacity(config.split.policy)),
       journal_(config.condition_trajectory),
+      fixes_(config.split.fix_interval_s),
       smoothing_(smoothing) {
   if (config.condition_trajectory) filter_.watch(&journal_);
   gated_.rows.reserve(kBlocksOfATick);
@@ -83,24 +88,23 @@ TickResult LevelledBuilder::feed(const NavigationTick& tick) {
   if (!std::isfinite(tick.time_s) || (started_ && tick.time_s < time_s_)) {
     throw InvalidArgument("NavigationTick.time_s", tick.time_s, "must be finite and not before the tick before it");
   }
-  if (started_ && tick.time_s - time_s_ > kLongestSilenceS) {
-    throw InvalidArgument(
-        "NavigationTick.time_s", tick.time_s,
-        "comes " + std::to_string(tick.time_s - time_s_) +
-            " s after the tick before, when nothing is known of the vehicle any more: mend the clock, or split the mission");
-  }
   if (tick.gyro_rad_s && !tick.gyro_rad_s->allFinite()) throw InvalidArgument("NavigationTick.gyro_rad_s", "not finite", "must be finite");
   TickResult result;
   if (!started_) {
     begin_map(tick, result);
     return result;
   }
-  predict_to(tick.time_s);
+  if (tick.time_s - time_s_ > kForgottenS) {
+    forget_until(tick.time_s);
+  } else {
+    predict_to(tick.time_s);
+  }
   gate_rows(tick, true);
   associate(tick);
   const double unlevelled_s = attitude_time_s_ ? time_s_ - *attitude_time_s_ : 0.0;
   const bool can_begin = unlevelled_s <= kAttitudeHoldsS || unlevelled_s > kAttitudeLostS;
-  if (can_begin && (gated_.velocity_valid || !config_.split.needs_velocity_fix)) {
+  if (tick.fix) fixes_.keep(tick.time_s, *tick.fix, filter_.vehicle());
+  if (can_begin) {
     if (const auto reason =
             reason_to_close_map(static_cast<int>(association_.fresh.size()))) {  // its samples are the new map's alone
       result.closed = close(*reason, &result.steps);
@@ -121,7 +125,12 @@ void LevelledBuilder::count_refused(const std::vector<NavigationSensor>& refused
 }
 
 void LevelledBuilder::begin_map(const NavigationTick& tick, TickResult& result) {
+  const bool is_first = !started_;
   start(tick);
+  if (is_first && tick.fix) {
+    fixes_.keep(tick.time_s, *tick.fix, filter_.vehicle());
+    start_fix_ = fixes_.take(tick.time_s, filter_.vehicle(), filter_.vehicle_covariance());
+  }
   gate_rows(tick, false);
   associate(tick);
   use(tick, result);
@@ -163,6 +172,7 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   distance_m_ = shortened_m_ = 0.0;
   offset_known_ = false;
   met_.fill(false);
+  is_lost_ = false;
   mean_samples_ = 0;
   started_ = true;
 }
@@ -170,7 +180,7 @@ void LevelledBuilder::start(const NavigationTick& tick) {
 void LevelledBuilder::predict_to(double time_s) {
   const double gap_s = time_s - time_s_;
   if (!(gap_s > 0.0)) return;
-  const double steps = std::min(std::ceil(gap_s / config_.max_step_s * (1.0 - 1e-9)), kMostSteps);
+  const double steps = std::ceil(gap_s / config_.max_step_s * (1.0 - 1e-9));
   for (int i = 0; i < static_cast<int>(steps); ++i) {
     ConstantVelocityConfig motion_config = config_.motion;
     const bool gyro_speaks = gyro_rad_s_ && time_s_ + gap_s * (i + 1) / steps - gyro_time_s_ <= kGyroHolds * config_.motion.gyro_step_s;
@@ -187,7 +197,60 @@ void LevelledBuilder::predict_to(double time_s) {
     shortened_m_ += way_m * shortening(filter_.vehicle_covariance()(kYaw, kYaw));
     motion.Q.topLeftCorner<2, 2>().diagonal().array() += squared(shortened_m_) - squared(before_m);
     filter_.predict(motion);
+    level_again();
   }
+  if (gap_s > std::max(kSilenceS, kUnusual * usual_gap_s_)) add_doubt(gap_s);
+  usual_gap_s_ += 0.01 * (gap_s - usual_gap_s_);
+  time_s_ = time_s;
+}
+
+/// That the vehicle went on all the time without a word is a guess; it may as well have stood.
+void LevelledBuilder::add_doubt(double gap_s) {
+  VehiclePrediction doubt{filter_.vehicle(), VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+  const double way_m = gap_s * filter_.vehicle().segment<2>(Layout::kVelocity).norm();
+  doubt.Q.topLeftCorner<2, 2>().diagonal().setConstant(squared(0.5 * way_m));
+  filter_.predict(doubt);
+}
+
+/// A pitch that no such vehicle has comes of samples that were believed and wrong: tilt is met anew.
+void LevelledBuilder::level_again() {
+  if (std::abs(filter_.vehicle()(Layout::kAttitude + 1)) <= kSteepest) return;
+  VehiclePrediction level{filter_.vehicle(), VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+  level.F.middleRows<2>(Layout::kAttitude).setZero();
+  level.state.segment<2>(Layout::kAttitude).setZero();
+  level.Q.diagonal().segment<2>(Layout::kAttitude).setConstant(squared(config_.start.tilt_sigma_rad));
+  filter_.predict(level);
+  met_[static_cast<std::size_t>(NavigationSensor::kAttitude)] = false;
+}
+
+void LevelledBuilder::forget_until(double time_s) {
+  const LevelledStartConfig& config = config_.start;
+  const double gap_s = time_s - time_s_;
+  VehiclePrediction lost{filter_.vehicle(), VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+  const auto anew = [&](Eigen::Index first, Eigen::Index count, double value, double sigma) {
+    lost.F.middleRows(first, count).setZero();
+    lost.state.segment(first, count).setConstant(value);
+    lost.Q.diagonal().segment(first, count).setConstant(squared(sigma));
+  };
+  constexpr Eigen::Index kDepth = Layout::kPosition + 2;
+  constexpr Eigen::Index kYaw = Layout::kAttitude + 2;
+  const double reach_m = gap_s * (std::abs(config.speed_m_s) + 2.0 * config.speed_sigma_m_s);
+  lost.Q.topLeftCorner<2, 2>().diagonal().setConstant(squared(0.5 * reach_m));  // anywhere in a disc of this radius
+  lost.Q(kDepth, kDepth) = squared(config.depth_sigma_m);
+  anew(Layout::kAttitude, 2, 0.0, config.tilt_sigma_rad);
+  lost.Q(kYaw, kYaw) = kPi * kPi / 3.0;  // any heading
+  anew(Layout::kVelocity, 3, 0.0, std::hypot(config.speed_m_s, config.speed_sigma_m_s));
+  anew(Layout::kSeabed, 1, lost.state(kDepth) + config.altitude_m, config.altitude_sigma_m);
+  lost.F(Layout::kSeabed, kDepth) = 1.0;
+  lost.Q(Layout::kSeabed, Layout::kSeabed) += squared(config.depth_sigma_m);
+  lost.Q(Layout::kSeabed, kDepth) = lost.Q(kDepth, Layout::kSeabed) = squared(config.depth_sigma_m);
+  lost.Q(Layout::kCompassOffset, Layout::kCompassOffset) = squared(config_.motion.compass_walk_rad_sqrt_s) * gap_s;
+  if (config_.motion.drive == RotationDrive::kRates) anew(Layout::kRates, 3, 0.0, config.rates_sigma_rad_s);
+  filter_.predict(lost);
+  distance_m_ += reach_m;
+  gyro_rad_s_.reset();
+  met_.fill(false);  // what they say now decides
+  is_lost_ = true;
   time_s_ = time_s;
 }
 
@@ -286,6 +349,7 @@ void LevelledBuilder::use(const NavigationTick& tick, TickResult& result) {
     of_sensor.dof += static_cast<int>(gated.rows[i].rows());
   }
   result.update = filter_.update(gated.rows);
+  level_again();
   if (tick.compass_rad && corrects_heading(config_.compass_use) && !offset_known_) {
     introduce_offset(*tick.compass_rad, config_.compass.sigma_rad);
   }
@@ -304,6 +368,7 @@ void LevelledBuilder::use(const NavigationTick& tick, TickResult& result) {
   result.paired = static_cast<int>(association.pairs.size());
   result.wrong_pairs = association.wrong_pairs;
   if (tick.gyro_rad_s) {
+    ++statistics_[static_cast<std::size_t>(NavigationSensor::kGyro)].used;
     gyro_rad_s_ = tick.gyro_rad_s;
     gyro_time_s_ = tick.time_s;
   }
@@ -315,6 +380,11 @@ void LevelledBuilder::use(const NavigationTick& tick, TickResult& result) {
 }
 
 std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmarks) const {
+  const bool can_begin = gated_.velocity_valid || !config_.split.needs_velocity_fix;
+  if (fixes_.waits() && time_s_ - start_time_s_ >= kShortestFixedMapS && (can_begin || time_s_ - fixes_.kept_s() > kFixWaitsS))
+    return "fix";
+  if (!can_begin) return std::nullopt;
+  if (is_lost_) return "silence";
   SplitSituation now;
   now.landmarks = static_cast<int>(landmarks_.size());
   now.new_landmarks = new_landmarks;
@@ -368,6 +438,8 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason, std::optional<U
     mean.time_s = 0.5 * (mean_first_s_ + mean_last_s_);
     map.compass_mean = mean;
   }
+  if (map.index == 0) map.start_fix = start_fix_;
+  map.exit_fix = fixes_.take(time_s_, filter_.vehicle(), filter_.vehicle_covariance());
   if (steps != nullptr && smoothing_ == StepSmoothing::kByCaller) {
     *steps = journal_.take_unsmoothed(filter_, kept, blank_ ? std::move(*blank_) : LevelledRecord(LevelledJournal::kMostBytes));
     blank_.reset();

@@ -2,7 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
+#include <bitset>
 #include <cstdint>
+#include <cstring>
 
 #include "ssjs/base/angle.hpp"
 
@@ -13,6 +16,7 @@ constexpr Eigen::Index kVehicle = VehicleLayout::kSize;
 constexpr std::size_t kNumbersPerReel = std::size_t{1} << 15U;  // 256 KiB
 constexpr std::size_t kRowsPerReel = 256;
 constexpr std::size_t kInitialEntries = 4096;
+constexpr std::size_t kLeastRowBytes = 64;  // of one StateRows in an archive
 
 struct RecordedRows {
   const StateRows* first;
@@ -247,7 +251,7 @@ void LevelledRecord::archive_entry(Archive& a, Entry& entry) {
   constexpr Eigen::Index kMost = Eigen::Index{1} << 30U;
   a.choice("kind", entry.kind, Kind::kAdd);
   a("bytes", entry.bytes);
-  archive_numbers(a, "F", entry.F, kVehicle, kVehicle);
+  archive_motion(a, entry.F);
   if (entry.kind == Kind::kAdd) {
     archive_numbers(a, "J_vehicle", entry.J_vehicle, 3, kVehicle);
     return;
@@ -261,10 +265,40 @@ void LevelledRecord::archive_entry(Archive& a, Entry& entry) {
   archive_numbers(a, "L", entry.L, entry.Y_columns, entry.Y_columns);
   a("row_blocks", entry.row_blocks);
   if (a.reading()) {
-    a.require(entry.row_blocks <= a.left(), "has more rows than the bytes that are left");
+    a.require(entry.row_blocks <= a.left() / kLeastRowBytes, "has more rows than the bytes that are left");
     entry.rows = rows_.append(entry.row_blocks);
   }
   for (std::size_t i = 0; i < entry.row_blocks; ++i) a("rows", entry.rows.items[i]);
+}
+
+/// A motion leaves most of the state as it is: what is not as in the identity, each with its place.
+void LevelledRecord::archive_motion(Archive& a, Tape<double>::Piece& piece) {
+  static const VehicleMatrix kNone = VehicleMatrix::Identity();
+  const auto is_none = [&](std::size_t i) { return std::memcmp(piece.items + i, kNone.data() + i, sizeof(double)) == 0; };
+  std::array<std::uint32_t, (kVehicle * kVehicle + 31) / 32> moved{};  // a bit a coefficient
+  std::array<double, kVehicle * kVehicle> values{};
+  std::size_t count = 0;
+  if (a.reading()) {
+    piece = numbers_.append(static_cast<std::size_t>(kNone.size()));
+    std::copy_n(kNone.data(), kNone.size(), piece.items);
+  } else {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (is_none(i)) continue;
+      moved[i / 32] |= std::uint32_t{1} << (i % 32);
+      values[count++] = piece.items[i];
+    }
+  }
+  a("moved", moved);
+  if (a.reading()) {
+    for (const std::uint32_t word : moved) count += std::bitset<32>(word).count();
+    a.require(count <= values.size(), "moves more than there is");
+  }
+  a.numbers("F", values.data(), count);
+  if (!a.reading()) return;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (((moved[i / 32] >> (i % 32)) & 1U) != 0) piece.items[i] = values[next++];
+  }
 }
 
 void LevelledRecord::archive_numbers(Archive& a, std::string_view name, Tape<double>::Piece& piece, Eigen::Index rows,

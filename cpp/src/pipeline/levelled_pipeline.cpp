@@ -28,13 +28,21 @@ std::vector<std::string> LevelledConfig::violations() const {
 }
 
 LevelledPipeline::LevelledPipeline(const LevelledConfig& config, std::uint64_t seed)
-    : builder_(local_config(config)),
+    : guard_(config.guard),
+      builder_(local_config(config)),
       joiner_(make_survey_joiner(config, seed)),
       dead_reckoning_(config.local.velocity_log, config.joining.north_offset_rad),
       joining_(config.joining) {}
 
-LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
-  if (finished_) throw InvalidArgument("tick", tick.time_s, "the mission is finished");
+SensorStatistics LevelledPipeline::statistics(NavigationSensor sensor) const {
+  SensorStatistics statistics = builder_.statistics(sensor);
+  statistics.refused += static_cast<int>(guard_.refused(sensor));
+  return statistics;
+}
+
+LevelledReport LevelledPipeline::feed(const NavigationTick& arrived) {
+  if (finished_) throw InvalidArgument("tick", arrived.time_s, "the mission is finished");
+  const NavigationTick& tick = guard_.pass(arrived);
   LevelledReport report;
   TickResult local = builder_.feed(tick);
   dead_reckoning_.feed(tick);
@@ -47,6 +55,9 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& tick) {
   }
   if (builder_.index() == 0 && builder_.offset_known() && joining_.north_offset_rad) {
     global_T_base_ = base_facing_north(builder_.filter(), *joining_.north_offset_rad, joining_.north_offset_sigma_rad);
+  }
+  if (builder_.index() == 0 && builder_.start_fix()) {
+    global_T_base_ = base_at_fix(global_T_base_, builder_.start_fix()->fix, joining_.fixes.start_heading_sigma_rad);
   }
   report.submap = builder_.index();
   report.remembered = local.remembered;

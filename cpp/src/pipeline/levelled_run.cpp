@@ -32,6 +32,7 @@ void count(LevelledResult& result, const Pairing& pairing, double chi_squared) {
 }
 
 void take(LevelledResult& result, const JoinReport& join) {
+  result.fixes.insert(result.fixes.end(), join.fixes.begin(), join.fixes.end());
   result.loop_candidates += join.candidates;
   result.fusions += join.fusions;
   result.budget_exhausted += join.budget_exhausted ? 1 : 0;
@@ -127,6 +128,13 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
   result.merged = pipeline.merged();
   for (std::size_t sensor = 0; sensor < kNavigationSensors; ++sensor) {
     result.sensors[sensor] = pipeline.statistics(static_cast<NavigationSensor>(sensor));
+  }
+  SensorStatistics& fix_sensor = result.sensors[static_cast<std::size_t>(NavigationSensor::kFix)];
+  for (const FixAttempt& fix : result.fixes) {
+    (fix.accepted ? fix_sensor.used : fix_sensor.refused) += 1;
+    if (!fix.accepted || !fix.chi_squared || fix.relocated) continue;
+    fix_sensor.nis_sum += *fix.chi_squared;
+    fix_sensor.dof += 2;
   }
   return result;
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
+#include <string>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
@@ -14,6 +16,8 @@
 namespace ssjs {
 namespace {
 
+constexpr double kFarthestAhead_s = 60.0;
+constexpr double kSteepest = 1.4;      // rad of pitch: the prediction ends before it means nothing
 constexpr double kMostSteps = 1000.0;  // of one prediction, however far the clock has jumped
 
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
@@ -33,13 +37,13 @@ OnlineSurvey::OnlineSurvey(const OnlineSurveyConfig& config)
     : config_(checked(config)),
       window_(config.arrival),
       builder_(local_config(config.slam), StepSmoothing::kByCaller),
-      joiner_(joining_config(config.slam)) {
-  heard_s_.fill(-1.0);
-}
+      joiner_(joining_config(config.slam)),
+      guard_(config.slam.guard) {}
 
 Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (finished_) throw InvalidArgument("sample", sample.time_s, "the mission is finished");
   const Arrival arrival = window_.put(sample);
+  if (log_) tell_of_arrival(arrival, sample);
   while (const NavigationTick* const due = window_.take()) step(*due);
   ++arrivals_[static_cast<std::size_t>(arrival)];  // what throws before is not counted among them
   return arrival;
@@ -47,17 +51,24 @@ Arrival OnlineSurvey::feed(const NavigationTick& sample) {
 
 void OnlineSurvey::step(const NavigationTick& tick) {
   if (background_.has_job() && tick.time_s >= take_over_s_) take_over();
-  std::array<int, kNavigationSensors> used_before{};
-  for (std::size_t i = 0; i < kNavigationSensors; ++i) used_before[i] = builder_.statistics(static_cast<NavigationSensor>(i)).used;
-  TickResult local = builder_.feed(tick);
+  watch_.see(tick);
+  std::array<SensorStatistics, kNavigationSensors> before;
+  const auto statistics = [&](std::size_t i) { return builder_.statistics(static_cast<NavigationSensor>(i)); };
+  for (std::size_t i = 0; i < kNavigationSensors; ++i) before[i] = statistics(i);
+  TickResult local = builder_.feed(guard_.pass(tick));
   ++steps_;
   for (std::size_t i = 0; i < kNavigationSensors; ++i) {
-    if (builder_.statistics(static_cast<NavigationSensor>(i)).used > used_before[i]) heard_s_[i] = tick.time_s;
+    const SensorStatistics now = statistics(i);
+    watch_.see(static_cast<NavigationSensor>(i), tick.time_s, now.used - before[i].used, now.refused - before[i].refused);
   }
+  if (log_) tell_of_sensors();
   if (local.closed) close(local);
   const PortJoinerConfig& joining = config_.slam.joining;
   if (builder_.index() == 0 && builder_.offset_known() && joining.north_offset_rad) {
     global_T_base_ = base_facing_north(builder_.filter(), *joining.north_offset_rad, joining.north_offset_sigma_rad);
+  }
+  if (builder_.index() == 0 && builder_.start_fix()) {
+    global_T_base_ = base_at_fix(global_T_base_, builder_.start_fix()->fix, joining.fixes.start_heading_sigma_rad);
   }
 }
 
@@ -90,9 +101,58 @@ void OnlineSurvey::count(const JoinReport& report) {
   for (const LoopAttempt& loop : report.loops) {
     if (loop.accepted) {
       ++loop_closures_;
-    } else if (loop.revised) {
-      --loop_closures_;
+      continue;
     }
+    if (loop.revised) --loop_closures_;
+    tell(NoteKind::kClosure, "closure of map " + std::to_string(loop.from) + " with map " + std::to_string(loop.to) +
+                                 (loop.revised ? " taken back: " : " refused: ") + loop.reason);
+  }
+  for (const FixAttempt& fix : report.fixes) {
+    (fix.accepted ? fixes_used_ : fixes_refused_) += 1;
+    relocations_ += fix.relocated ? 1 : 0;
+    fixes_contradict_ = !fix.accepted;
+    watch_.see(NavigationSensor::kFix, fix.time_s, fix.accepted ? 1 : 0, 0);
+    const std::string off = std::to_string(std::lround(fix.distance_m)) + " m from where the vehicle was thought to be";
+    if (!fix.accepted) tell(NoteKind::kFix, "fix refused, " + fix.reason + ": " + off);
+    if (fix.relocated) tell(NoteKind::kRelocation, "the estimate was wrong and goes on from the fixes, " + off);
+  }
+}
+
+void OnlineSurvey::tell(NoteKind kind, const std::string& text) const {
+  if (log_) log_({kind, builder_.time_s(), text});
+}
+
+void OnlineSurvey::tell_of_arrival(Arrival arrival, const NavigationTick& sample) {
+  if (window_.clock_changes() > told_clock_changes_) {
+    tell(NoteKind::kClock,
+         "the clock of the samples was set; " + std::to_string(window_.clock_offset_s()) + " s are added to their stamps");
+    told_clock_changes_ = window_.clock_changes();
+  }
+  const bool is_news = arrival != told_arrival_;
+  told_arrival_ = arrival;
+  if (!is_news || arrival == Arrival::kTaken) return;
+  const char* const what = arrival == Arrival::kLate        ? "samples come later than the window allows and are refused"
+                           : arrival == Arrival::kDuplicate ? "a sensor speaks twice at one time; the second is refused"
+                           : arrival == Arrival::kNotFinite ? "samples that are no numbers are refused"
+                           : arrival == Arrival::kClockJump ? "a stamp far ahead of all others: refused until others follow"
+                                                            : "more samples than the window holds: refused";
+  tell(arrival == Arrival::kClockJump ? NoteKind::kClock : NoteKind::kArrival, what + (" (stamp " + std::to_string(sample.time_s) + " s)"));
+}
+
+SensorState OnlineSurvey::state_of(NavigationSensor sensor) const {
+  if (sensor == NavigationSensor::kFix && fixes_contradict_) return SensorState::kRefused;
+  return watch_.state(sensor, builder_.time_s(), config_.silence_s, guard_);
+}
+
+void OnlineSurvey::tell_of_sensors() {
+  for (std::size_t i = 0; i < kNavigationSensors; ++i) {
+    const auto sensor = static_cast<NavigationSensor>(i);
+    const SensorState now = state_of(sensor);
+    const SensorState before = std::exchange(told_[i], now);
+    const bool came = before == SensorState::kUnheard && now == SensorState::kGood;
+    if (now == before || came || sensor == NavigationSensor::kFix) continue;  // of fixes more is said when they are held against the map
+    const std::string advice = advice_for(sensor, now);
+    tell(NoteKind::kSensor, advice.empty() ? std::string(name_of(sensor)) + " is good again" : advice);
   }
 }
 
@@ -118,7 +178,7 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
     const bool gyro_speaks = rates && until_s - rates_s <= kGyroHolds * motion.gyro_step_s;
     if (motion.drive == RotationDrive::kGyro && !gyro_speaks) motion.drive = RotationDrive::kConstantAttitude;
     const double step_s = std::max(config_.slam.local.max_step_s, (until_s - time_s) / kMostSteps);
-    while (time_s < until_s) {
+    while (time_s < until_s && std::abs(x(VehicleLayout::kAttitude + 1)) < kSteepest) {
       const double dt = std::min(until_s - time_s, step_s);
       const VehiclePrediction ahead = predict_constant_velocity(x, rates.value_or(Eigen::Vector3d::Zero()), dt, motion);
       x = ahead.state;
@@ -127,8 +187,11 @@ std::optional<SurveyStep> OnlineSurvey::global_T_vehicle() const {
     }
   };
   for (const auto& [sample_s, waiting] : window_.waiting()) {
+    if (sample_s - time_s > kFarthestAhead_s) break;  // after a silence the filter has to speak first
     predict_to(sample_s);
-    if (!waiting.gyro_rad_s) continue;
+    const bool is_believed = waiting.gyro_rad_s && waiting.gyro_rad_s->cwiseAbs().maxCoeff() <= config_.slam.guard.max_turn_rate_rad_s &&
+                             guard_.fault(NavigationSensor::kGyro) == SampleFault::kNone;
+    if (!is_believed) continue;
     rates = waiting.gyro_rad_s;
     rates_s = sample_s;
   }
@@ -141,24 +204,35 @@ SurveyStatus OnlineSurvey::status() const {
   status.submaps = submaps_;
   status.loop_closures = loop_closures_;
   status.compass_jumps = compass_jumps_;
+  status.relocations = relocations_;
+  status.clock_changes = window_.clock_changes();
+  status.clock_offset_s = window_.clock_offset_s();
   status.waits = waits_;
   status.joining = !background_.is_done();
   status.landmarks = static_cast<int>(builder_.filter().landmarks());
   status.silent_for_s.fill(-1.0);
   if (!started()) return status;
-  bool all_speak = true;
+  bool all_good = true;
   for (std::size_t i = 0; i < kNavigationSensors; ++i) {
     const auto sensor = static_cast<NavigationSensor>(i);
     const SensorStatistics& statistics = builder_.statistics(sensor);
     status.used[i] = statistics.used;
-    status.refused[i] = statistics.refused;
-    if (heard_s_[i] < 0.0) continue;
-    status.silent_for_s[i] = builder_.time_s() - heard_s_[i];
-    if (sensor != NavigationSensor::kSideScan) all_speak = all_speak && status.silent_for_s[i] <= config_.silence_s;
+    status.refused[i] = statistics.refused + guard_.refused(sensor);
+    status.silent_for_s[i] = watch_.unused_s(sensor, builder_.time_s());
+    status.sensors[i] = state_of(sensor);
+    const bool unused = speaks_always(sensor) && status.silent_for_s[i] > config_.silence_s;
+    const bool bad = status.sensors[i] != SensorState::kGood && status.sensors[i] != SensorState::kUnheard;
+    all_good = all_good && !unused && !bad;
+    if (unused && !bad) status.sensors[i] = SensorState::kRefused;
+    const bool is_worst = status.advice.empty() || sensor == NavigationSensor::kVelocityLog;  // nothing costs more than its loss
+    if (std::string advice = advice_for(sensor, status.sensors[i]); !advice.empty() && is_worst) status.advice = std::move(advice);
   }
+  status.used[static_cast<std::size_t>(NavigationSensor::kFix)] = fixes_used_;
+  status.refused[static_cast<std::size_t>(NavigationSensor::kFix)] = fixes_refused_;
   status.position_sigma_m = largest_sigma(global_T_vehicle()->covariance.topLeftCorner<2, 2>());
   const bool lost = !(status.position_sigma_m <= config_.lost_sigma_m);
-  status.health = lost ? SurveyHealth::kLost : all_speak ? SurveyHealth::kGood : SurveyHealth::kDegraded;
+  if (lost) status.advice = "the position is hardly known: surface for a fix, or set the pose";
+  status.health = lost ? SurveyHealth::kLost : all_good ? SurveyHealth::kGood : SurveyHealth::kDegraded;
   return status;
 }
 
@@ -230,13 +304,16 @@ bool OnlineSurvey::checkpoint(const std::string& path) {
     writing_.get();
   }
   Archive now;
+  now.reserve(bytes_before_ + bytes_before_ / 4);
   bool joining = background_.has_job();
   archive(now);
   now("joining", joining);
+  std::string own = now.take_bytes();
+  bytes_before_ = own.size();
   std::promise<void> read;
   is_read_ = read.get_future().share();
   writing_ =
-      std::async(std::launch::async, [this, path, joining, joined = is_joined_, own = now.take_bytes(), read = std::move(read)]() mutable {
+      std::async(std::launch::async, [this, path, joining, joined = is_joined_, own = std::move(own), read = std::move(read)]() mutable {
         Archive a;
         try {
           if (joined.valid()) joined.get();

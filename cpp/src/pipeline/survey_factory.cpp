@@ -35,6 +35,8 @@ LevelledBuilderConfig local_config(const LevelledConfig& config) {
   throw_if_any(config.violations());
   LevelledBuilderConfig local = config.local;
   if (config.method == LevelledMethod::kNaiveHeading) local.compass_use = CompassUse::kFirstReading;
+  const bool is_fixed = config.method == LevelledMethod::kPorts || config.method == LevelledMethod::kNaiveHeading;
+  if (!is_fixed) local.split.fix_interval_s.reset();  // the other methods know no fixes
   if (config.method == LevelledMethod::kOneMap) {
     local.split.policy = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 0};
     local.split.longest_m = std::numeric_limits<double>::max();

@@ -30,4 +30,12 @@ GaussianSe2 base_facing_north(const LevelledFilter& filter, double north_offset_
   return base;
 }
 
+GaussianSe2 base_at_fix(GaussianSe2 base, const PositionFix& fix, double heading_sigma_rad) {
+  base.mean.x = fix.world_p_vehicle.x();
+  base.mean.y = fix.world_p_vehicle.y();
+  base.covariance.topLeftCorner<2, 2>() = fix.covariance;
+  if (!(base.covariance(2, 2) > 0.0)) base.covariance(2, 2) = heading_sigma_rad * heading_sigma_rad;
+  return base;
+}
+
 }  // namespace ssjs

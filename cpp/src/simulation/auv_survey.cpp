@@ -93,6 +93,7 @@ class SensorSuite {
         velocity_(rng.stream("velocity")),
         side_scan_(rng.stream("side scan")),
         sample_loss_(rng.stream("sample loss")),
+        fix_(rng.stream("fix")),
         mirrored_(rng.stream("mirrored")),
         clutter_(rng.stream("clutter")),
         bottom_lock_(config, rng),
@@ -124,6 +125,13 @@ class SensorSuite {
       tick.altitude_m = (truth.seabed_m - z) * slant + altitude_.normal(config_.altitude.sigma_m);
     }
     if (due(step, config_.steps_per_velocity, 0)) tick.velocity = velocity_sample(truth);
+    if (config_.fix_interval_s && z <= config_.fix_depth_m && truth.time_s >= next_fix_s_) {
+      const double sigma = config_.fix_sigma_m;
+      Eigen::Vector2d position = truth.world_T_vehicle.translation.head<2>();
+      for (double& coordinate : position) coordinate += fix_.normal(sigma);
+      tick.fix = PositionFix{position, sigma * sigma * Eigen::Matrix2d::Identity(), false};
+      next_fix_s_ = truth.time_s + *config_.fix_interval_s * (1.0 - 1e-9);
+    }
     tick.sightings = sightings(truth);
     add_false_sightings(truth, tick.sightings);
     return tick;
@@ -207,7 +215,8 @@ class SensorSuite {
 
   const SurveyWorld& world_;
   const AuvSimulationConfig& config_;
-  Rng gyro_, attitude_, compass_, depth_, altitude_, velocity_, side_scan_, sample_loss_, mirrored_, clutter_;
+  Rng gyro_, attitude_, compass_, depth_, altitude_, velocity_, side_scan_, sample_loss_, fix_, mirrored_, clutter_;
+  double next_fix_s_ = 0.0;
   std::int64_t next_clutter_id_ = kFirstClutterId;
   BottomLock bottom_lock_;
   /// Body x of a landmark at the last tick at which it was near.
@@ -270,6 +279,12 @@ SurveyWorld survey_world(const SurveyWorldConfig& config, std::uint64_t seed) {
   SurveyWorld world;
   const double width_m = config.line_spacing_m * (config.lines - 1);
   const std::vector<Eigen::Vector2d> once = lines_and_cross_lines(config);
+  if (config.surface_start) {
+    world.waypoints.emplace_back(-2.0 * config.run_in_m, 0.0);
+    world.waypoints.emplace_back(-config.run_in_m, 0.0);
+    world.dives.emplace_back(std::nullopt);
+    world.dives.emplace_back(0);
+  }
   for (int dive = 0; dive < config.dives; ++dive) {
     if (dive > 0) {
       world.waypoints.emplace_back(-config.run_in_m, 0.0);

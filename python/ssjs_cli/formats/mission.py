@@ -4,7 +4,7 @@ import difflib
 import math
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -16,7 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.atomic import holds_only
 from ssjs_cli.formats.file_digest import file_digest
-from ssjs_cli.formats.navigation import NAVIGATION_FILES, UnderwaterNavigation, outline_navigation, read_navigation, write_navigation
+from ssjs_cli.formats.navigation import (
+    NAVIGATION_FILES,
+    POSITION_FIXES_FILE,
+    UnderwaterNavigation,
+    outline_navigation,
+    read_navigation,
+    write_navigation,
+)
 from ssjs_cli.formats.number_table import (
     EXACT,
     TEXT,
@@ -34,6 +41,7 @@ from ssjs_cli.formats.number_table import (
     write_table,
 )
 from ssjs_cli.formats.physical_bounds import require_plausible
+from ssjs_cli.formats.position_fixes import read_position_fixes
 from ssjs_cli.formats.toml_file import load_toml
 from ssjs_cli.formats.tum import PoseSeries, read_tum, write_tum
 from ssjs_cli.formats.zip_member import check_archive_size
@@ -55,6 +63,7 @@ MISSION_FILES = (
     SCANS_FILE,
     SONAR_HITS_FILE,
     *NAVIGATION_FILES,
+    POSITION_FIXES_FILE,
     TRUTH_FILE,
     FIXES_FILE,
     LANDMARKS_FILE,
@@ -292,6 +301,8 @@ def read_mission(path: Path) -> Mission:
     has_odometry = navigation is None or holds_file(directory / ODOMETRY_FILE)
     if not has_odometry and document.geodetic is not None:
         _require_north_east(document.geodetic, directory / MISSION_FILE)
+    if navigation is not None and not has_odometry:
+        navigation = replace(navigation, fixes=read_position_fixes(directory, document.geodetic))
     return Mission(
         name=document.mission.name,
         description=document.mission.description,

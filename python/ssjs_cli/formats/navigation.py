@@ -30,10 +30,12 @@ IMU_FILE = "imu.csv"
 DVL_FILE = "dvl.csv"
 DEPTH_FILE = "depth.csv"
 ALTITUDE_FILE = "altitude.csv"
+POSITION_FIXES_FILE = "fixes.csv"
 NAVIGATION_FILES = (IMU_FILE, DVL_FILE, DEPTH_FILE, ALTITUDE_FILE)
 
 ANGLE_COLUMNS = ("roll_rad", "pitch_rad", "yaw_rad")
 TURN_RATE_COLUMNS = ("turn_rate_x_rad_s", "turn_rate_y_rad_s", "turn_rate_z_rad_s")
+PLANE_COLUMNS = ("x_m", "y_m")
 VELOCITY_COLUMNS = ("vx_m_s", "vy_m_s", "vz_m_s")
 
 BoolArray = NDArray[np.bool_]
@@ -66,11 +68,21 @@ class Scalars:
 
 
 @dataclass(frozen=True)
+class PositionFixes:
+    """Positions that the estimator may use, as on surfacing: position_m (n, 2), world frame; sigma_m (n,) of each coordinate."""
+
+    time_s: FloatArray
+    position_m: FloatArray
+    sigma_m: FloatArray
+
+
+@dataclass(frozen=True)
 class UnderwaterNavigation:
     attitude: Attitude
     velocity: BottomVelocity | None = None
     depth: Scalars | None = None
     altitude: Scalars | None = None
+    fixes: PositionFixes | None = None
 
 
 def _present_files(directory: Path) -> list[str]:
@@ -161,6 +173,12 @@ def write_navigation(directory: Path, navigation: UnderwaterNavigation) -> None:
         _write(directory / DEPTH_FILE, ["time_s", "depth_m"], [navigation.depth.time_s, navigation.depth.value])
     if navigation.altitude is not None:
         _write(directory / ALTITUDE_FILE, ["time_s", "altitude_m"], [navigation.altitude.time_s, navigation.altitude.value])
+    if navigation.fixes is not None:
+        write_fixes(directory / POSITION_FIXES_FILE, navigation.fixes)
+
+
+def write_fixes(path: Path, fixes: PositionFixes) -> None:
+    _write(path, ["time_s", *PLANE_COLUMNS, "sigma_m"], [fixes.time_s, *fixes.position_m.T, fixes.sigma_m])
 
 
 def _write(path: Path, names: Sequence[str], columns: Sequence[FloatArray | IntArray]) -> None:

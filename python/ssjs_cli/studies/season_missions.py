@@ -63,7 +63,7 @@ def read_season_mission(directory: Path) -> SeasonMission:
     covariance = read_landmark_covariance(directory, table.rows)
     if covariance is None:
         raise ApartError("the joint covariance of its landmarks is not known: more than 300 of them, or a method that does not keep it")
-    covariance[2::3, 2::3] += DEPTH_SIGMA_M**2  # (P-24)
+    covariance[2::3, 2::3] += DEPTH_SIGMA_M**2  # (W-1)
     track = read_columns(directory / TRAJECTORY_FILE, TUM_COLUMNS)
     points = np.column_stack([track["x_m"], track["y_m"]])
     return SeasonMission(

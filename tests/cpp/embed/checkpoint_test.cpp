@@ -23,6 +23,7 @@ using testing::unruly;
 struct Kind {
   const char* name;
   Settings settings;
+  bool with_fixes = false;
   friend std::ostream& operator<<(std::ostream& out, const Kind& kind) { return out << kind.name; }
 };
 
@@ -48,6 +49,8 @@ std::vector<Kind> kinds() {
         {"arrival.window_s", "2"},
         {"joining_delay_s", "20"}}},
       {"NoMemoryOfPoses", {short_maps, {"condition_trajectory", "false"}, {"compass_use", "first_reading"}}},
+      {"Fixes", {short_maps}, true},
+      {"RecursiveFixes", {short_maps, {"joining.solver", "recursive"}}, true},
   };
 }
 
@@ -63,7 +66,7 @@ class Checkpoint : public ::testing::TestWithParam<Kind> {
   }
 
   OnlineSurveyConfig config = configured(GetParam().settings);
-  std::vector<NavigationTick> ticks = unruly(small_survey(5), 7);
+  std::vector<NavigationTick> ticks = unruly(small_survey(5, GetParam().with_fixes), 7);
 };
 
 TEST_P(Checkpoint, AtRandomMomentsItGoesOnToTheSameBytes) {

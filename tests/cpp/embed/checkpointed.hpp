@@ -24,7 +24,7 @@ inline OnlineSurveyConfig configured(const Settings& settings) {
 }
 
 /// Three lines and a cross line over forty landmarks: a few submaps that meet again.
-inline std::vector<NavigationTick> small_survey(std::uint64_t seed) {
+inline std::vector<NavigationTick> small_survey(std::uint64_t seed, bool with_fixes = false) {
   SurveyWorldConfig world;
   world.lines = 3;
   world.line_length_m = 90.0;
@@ -34,7 +34,18 @@ inline std::vector<NavigationTick> small_survey(std::uint64_t seed) {
   config.velocity_outages = {{60.0, 75.0}};
   config.sample_loss_fraction = 0.02;
   config.clutter_per_s = 0.05;
-  return simulate_survey(survey_world(world, seed), config, seed).ticks;
+  SimulatedSurvey survey = simulate_survey(survey_world(world, seed), config, seed);
+  if (!with_fixes) return survey.ticks;
+  double next_s = 30.0;
+  for (std::size_t i = 0; i < survey.ticks.size(); ++i) {
+    if (survey.ticks[i].time_s < next_s) continue;
+    PositionFix fix;
+    fix.world_p_vehicle = survey.truth[i].world_T_vehicle.translation.head<2>();
+    if (next_s > 100.0) fix.world_p_vehicle.x() += 80.0;  // contradicts those before: refused, then believed
+    survey.ticks[i].fix = fix;
+    next_s += 15.0;
+  }
+  return survey.ticks;
 }
 
 /// The same ticks late and out of order within a window of 1 s, a few of them twice, and stamps from a clock that jumps.

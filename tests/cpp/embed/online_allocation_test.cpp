@@ -21,13 +21,16 @@ TEST(Estimator, APlainStepTakesNothingFromTheHeap) {
   const SimulatedSurvey survey = simulate_survey(survey_world(world, 7), simulation, 7);
   const online::Setting settings[] = {{"split.max_distance_m", "60"}};
   online::Estimator estimator(settings, 1);
-  long plain = 0, taken = 0, others = 0, sighted = 0;
+  long plain = 0, taken = 0, others = 0, sighted = 0, asked = 0;
   online::Status before = estimator.status();
   const auto feed = [&](const auto& sample) {
     const long at_first = testing::allocations;
     ASSERT_EQ(estimator.feed(sample), online::Arrival::kTaken);
     const long by_this = testing::allocations - at_first;
     const online::Status now = estimator.status();
+    online::Pose pose;
+    static_cast<void>(estimator.pose(&pose));
+    asked += testing::allocations - at_first - by_this;
     const bool closed_or_taken_over = now.submaps != before.submaps || now.loop_closures != before.loop_closures;
     const bool is_plain = now.submaps > 6 && !closed_or_taken_over && now.landmarks == before.landmarks;
     before = now;
@@ -64,6 +67,7 @@ TEST(Estimator, APlainStepTakesNothingFromTheHeap) {
   EXPECT_GT(plain, 15000);
   EXPECT_GT(others, 0);  // the counter counts
   EXPECT_EQ(taken, 0);
+  EXPECT_EQ(asked, 0);  // by pose() and status()
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -180,6 +181,73 @@ TEST(Estimator, SettingsAreNamedInItsComplaints) {
   EXPECT_NE(complaint("split.longest_m", "far").find("must be a number"), std::string::npos);
   EXPECT_NE(complaint("compass_use", "often").find("first_reading"), std::string::npos);
   EXPECT_NE(complaint("method", "ekf").find("ssjs"), std::string::npos);
+}
+
+/// What the log said, as text.
+struct Notes {
+  std::vector<std::pair<online::Note, std::string>> all;
+  static void take(void* context, online::Note note, double /*time_s*/, const char* text) {
+    static_cast<Notes*>(context)->all.emplace_back(note, text);
+  }
+  [[nodiscard]] bool say(online::Note kind, const std::string& part) const {
+    return std::any_of(all.begin(), all.end(),
+                       [&](const auto& note) { return note.first == kind && note.second.find(part) != std::string::npos; });
+  }
+};
+
+TEST(Estimator, ASilentVelocityLogIsReportedWithWhatToDoAndTheLogSaysSo) {
+  online::Estimator estimator(kKnown, 1);
+  Notes notes;
+  estimator.set_log(&Notes::take, &notes);
+  constexpr auto kVelocity = static_cast<std::size_t>(online::Sensor::kVelocity);
+  for (const Arriving& arriving : samples_of(survey(7).ticks)) {
+    const bool silent = arriving.at_s >= 200.0 && arriving.at_s < 240.0;
+    if (arriving.at_s > 260.0) break;
+    if (silent && std::holds_alternative<online::Velocity>(arriving.sample)) continue;
+    feed(estimator, arriving.sample);
+    if (!(arriving.at_s > 239.0 && silent)) continue;
+    const online::Status status = estimator.status();
+    ASSERT_EQ(status.sensors[kVelocity], online::SensorState::kSilent);
+    ASSERT_EQ(status.health, online::Health::kDegraded);
+    ASSERT_NE(std::string(status.advice).find("velocity over the bottom"), std::string::npos);
+  }
+  const online::Status status = estimator.status();
+  EXPECT_EQ(status.sensors[kVelocity], online::SensorState::kGood);
+  EXPECT_EQ(std::string(status.advice), "");
+  EXPECT_TRUE(notes.say(online::Note::kSensor, "no velocity over the bottom"));
+  EXPECT_TRUE(notes.say(online::Note::kSensor, "velocity log is good again"));
+}
+
+TEST(Estimator, AFixFarOffIsRefusedAndAnOperatorIsBelieved) {
+  online::Estimator estimator(kKnown, 1);
+  Notes notes;
+  estimator.set_log(&Notes::take, &notes);
+  constexpr auto kFix = static_cast<std::size_t>(online::Sensor::kFix);
+  std::vector<online::Fix> fixes = {{0.0, 1000.0, 2000.0, {1.0, 0.0, 0.0, 1.0}, false},    // here the survey lies
+                                    {50.0, 1500.0, 2000.0, {1.0, 0.0, 0.0, 1.0}, false},   // half a kilometre off
+                                    {100.0, 1000.0, 2500.0, {1.0, 0.0, 0.0, 1.0}, true}};  // an operator
+  for (const Arriving& arriving : samples_of(survey(7).ticks)) {
+    while (!fixes.empty() && arriving.at_s >= fixes.front().time_s) {
+      EXPECT_EQ(estimator.feed(fixes.front()), online::Arrival::kTaken);
+      fixes.erase(fixes.begin());
+    }
+    feed(estimator, arriving.sample);
+    if (arriving.at_s > 120.0) break;
+    online::Pose pose;
+    if (arriving.at_s > 30.0 && arriving.at_s < 90.0 && estimator.pose(&pose)) {
+      EXPECT_NEAR(pose.x_m, 1000.0, 200.0);
+      EXPECT_NEAR(pose.y_m, 2000.0, 200.0);
+    }
+  }
+  const online::Status status = estimator.status();
+  EXPECT_EQ(status.refused[kFix], 1);
+  EXPECT_EQ(status.used[kFix], 2);
+  EXPECT_EQ(status.relocations, 1);
+  EXPECT_TRUE(notes.say(online::Note::kFix, "fix refused"));
+  EXPECT_TRUE(notes.say(online::Note::kRelocation, "goes on from the fixes"));
+  online::Pose pose;
+  ASSERT_TRUE(estimator.pose(&pose));
+  EXPECT_NEAR(pose.y_m, 2500.0, 40.0);  // 20 s at 1.5 m/s later
 }
 
 }  // namespace

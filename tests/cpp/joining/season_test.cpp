@@ -6,11 +6,13 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "joining/gaussian_world.hpp"
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/evaluation/consistency.hpp"
+#include "ssjs/joining/chance_alignment.hpp"
 
 namespace ssjs {
 namespace {
@@ -136,7 +138,7 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-TEST(Season, P24_P26_TwentySeasonsAreMergedRightAndConsistently) {
+TEST(Season, W1_W3_TwentySeasonsAreMergedRightAndConsistently) {
   Score score;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
@@ -162,7 +164,7 @@ TEST(Season, P24_P26_TwentySeasonsAreMergedRightAndConsistently) {
   EXPECT_LT(mean_of(score.frame_error_m), 0.7 * mean_of(score.origin_error_m));
 }
 
-TEST(Season, P25_MissionsThatCannotOverlapDoNotMeet) {
+TEST(Season, W2_MissionsThatCannotOverlapDoNotMeet) {
   Rng rng(7);
   Sea sea;
   sea.missions = 3;
@@ -181,7 +183,7 @@ TEST(Season, P25_MissionsThatCannotOverlapDoNotMeet) {
   }
 }
 
-TEST(Season, P24_AMissionAloneStaysWhereItsOriginSays) {
+TEST(Season, W1_AMissionAloneStaysWhereItsOriginSays) {
   Rng rng(3);
   Sea sea;
   sea.missions = 1;
@@ -201,7 +203,7 @@ TEST(Season, P24_AMissionAloneStaysWhereItsOriginSays) {
   }
 }
 
-TEST(Season, P27_AMissionIsInAContactOnceAtMost) {
+TEST(Season, W4_AMissionIsInAContactOnceAtMost) {
   Rng rng(5);
   Sea sea;
   sea.objects = 300;  // neighbours 14 m apart, frames 3 m unsure
@@ -214,6 +216,45 @@ TEST(Season, P27_AMissionIsInAContactOnceAtMost) {
     several += contact.sightings.size() > 1 ? 1 : 0;
   }
   EXPECT_GT(several, 50);
+}
+
+/// Contacts of two missions over different objects at one place that were merged all the same, and seasons with any.
+std::pair<int, int> merged_by_chance(const SeasonConfig& config) {
+  int contacts = 0;
+  int seasons = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(1000 + seed);
+    Sea sea;
+    sea.missions = 1;
+    sea.side_m = 120.0;
+    sea.objects = 60;
+    const Drawn one = draw(sea, rng);
+    const Drawn other = draw(sea, rng);
+    int merged = 0;
+    for (const SeasonContact& contact : join_missions({one.missions.front(), other.missions.front()}, config).contacts) {
+      merged += contact.sightings.size() > 1 ? 1 : 0;
+    }
+    contacts += merged;
+    seasons += merged > 0 ? 1 : 0;
+  }
+  return {contacts, seasons};
+}
+
+TEST(Season, W5_ForeignLandmarksAreNotAligned) {
+  SeasonConfig anything;
+  anything.max_chance_alignments = 1e9;
+  EXPECT_GT(merged_by_chance(anything).second, 20);  // joint compatibility and the odds of single pairs find something nearly always
+  const auto [contacts, seasons] = merged_by_chance(SeasonConfig{});
+  RecordProperty("contacts", contacts);
+  EXPECT_LE(seasons, 2);
+}
+
+TEST(Season, W5_BinomialTail) {
+  EXPECT_NEAR(binomial_tail(5, 0.5, 4), 6.0 / 32.0, 1e-12);
+  EXPECT_NEAR(binomial_tail(3, 0.1, 1), 1.0 - 0.729, 1e-12);
+  EXPECT_EQ(binomial_tail(3, 0.1, 0), 1.0);
+  EXPECT_EQ(binomial_tail(3, 0.1, 4), 0.0);
+  EXPECT_EQ(binomial_tail(3, 1.0, 2), 1.0);
 }
 
 TEST(Season, WhatDoesNotFitIsNamed) {

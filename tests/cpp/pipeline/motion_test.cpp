@@ -65,6 +65,24 @@ TEST(Motion, ACommandHoldsUntilTheNextOne) {
   EXPECT_NEAR(motion.increment()->old_T_new.mean.x, 2.0, 1e-12);
 }
 
+/// 20 s at 2 m/s: 40 m, half of it beside what the noise of the speed gives; no more for a step of the usual length.
+TEST(Motion, WhatACommandDoesOverASilenceIsAGuess) {
+  VehicleConfig config;
+  config.kind = VehicleKind::kUnicycle;
+  const Event command{0.0, VelocityControl{2.0, 0.0}};
+  OdometryMotion motion(config);
+  for (int i = 0; i < 100; ++i) motion.take({0.1 * i, VelocityControl{2.0, 0.0}});
+  motion.take({10.0, Features{}});
+  EXPECT_EQ(motion.increment()->old_T_new.covariance, command_increment(command, 10.0 - 0.1 * 99, config).old_T_new.covariance);
+  motion.take({30.0, Features{}});
+  const Eigen::Matrix3d doubt = motion.increment()->old_T_new.covariance - command_increment(command, 20.0, config).old_T_new.covariance;
+  EXPECT_NEAR(doubt(0, 0), 400.0, 1e-9);
+  EXPECT_NEAR(doubt(1, 1), 400.0, 1e-9);
+  EXPECT_NEAR(doubt(2, 2), 0.0, 1e-12);
+  motion.take({30.0 + 3600.0, Features{}});
+  EXPECT_GT(motion.increment()->old_T_new.covariance(2, 2), 3.2);  // pi^2 / 3
+}
+
 TEST(Motion, AnIncrementLeadsToItsTime) {
   VehicleConfig config;
   config.kind = VehicleKind::kIncrements;

@@ -22,6 +22,8 @@ def test_what_is_written_reads_back_to_the_last_bit(tmp_path: Path) -> None:
     assert read is not None
     for sensor in fields(UnderwaterNavigation):
         expected, found = getattr(NAVIGATION, sensor.name), getattr(read, sensor.name)
+        if expected is None:  # fixes are read with the mission, which knows where its origin is
+            continue
         for column in fields(expected):
             np.testing.assert_array_equal(getattr(found, column.name), getattr(expected, column.name))
 

@@ -51,12 +51,20 @@ struct Sighting {
   std::int64_t landmark_id;  ///< where the source knows it, else -1
 };
 
+/// A position in the world: satellites at the surface, or the word of an operator.
+struct Fix {
+  double time_s;
+  double x_m, y_m;
+  double covariance_m2[4];  ///< positive definite
+  bool set_pose;            ///< an operator's: believed whatever was expected
+};
+
 /// What became of a sample.
 enum class Arrival : std::int32_t {
   kTaken = 0,
   kLate = 1,       ///< older than the window: refused
   kDuplicate = 2,  ///< this sensor has spoken at that very time
-  kNotFinite = 3,
+  kNotFinite = 3,  ///< or a covariance that is none
   kClockJump = 4,  ///< so far ahead that its clock is doubted; believed once others follow
   kFlood = 5,      ///< more samples than the window holds
   kFailed = 6,     ///< an error inside or after finish(): see last_error()
@@ -77,8 +85,26 @@ struct Landmark {
 };
 
 enum class Health : std::int32_t { kWaiting = 0, kGood = 1, kDegraded = 2, kLost = 3 };
-enum class Sensor : std::int32_t { kAttitude = 0, kCompass = 1, kDepth = 2, kAltitude = 3, kVelocity = 4, kSighting = 5 };
-inline constexpr std::size_t kSensors = 6;
+enum class Sensor : std::int32_t {
+  kAttitude = 0,
+  kCompass = 1,
+  kDepth = 2,
+  kAltitude = 3,
+  kVelocity = 4,
+  kSighting = 5,
+  kFix = 6,
+  kGyro = 7
+};
+enum class SensorState : std::int32_t {
+  kUnheard = 0,
+  kGood = 1,
+  kSilent = 2,     ///< spoke once; a velocity log without the bottom is silent
+  kRefused = 3,    ///< speaks, and is not believed
+  kStuck = 4,      ///< says the very same again and again
+  kWrongUnit = 5,  ///< would be right in another unit
+};
+inline constexpr std::size_t kSensors = 8;
+inline constexpr std::size_t kAdviceLength = 128;
 inline constexpr std::size_t kArrivals = 7;
 
 struct Status {
@@ -88,9 +114,18 @@ struct Status {
   double silent_for_s[kSensors];     ///< since the sensor was last used; negative: never heard
   std::int64_t used[kSensors], refused[kSensors];
   std::int32_t submaps, landmarks, loop_closures, compass_jumps;
-  std::int32_t waits;  ///< times that feed() had to wait for the thread in the background
-  bool joining;        ///< that thread is at work
+  std::int32_t relocations;  ///< times that fixes showed the estimate to be wrong, or an operator set it
+  SensorState sensors[kSensors];
+  char advice[kAdviceLength];  ///< what to do about the worst of it; empty when all is well
+  std::int32_t clock_changes;  ///< times that the clock of the samples was found set
+  double clock_offset_s;       ///< of the time of the poses beyond that of the samples, since
+  std::int32_t waits;          ///< times that feed() had to wait for the thread in the background
+  bool joining;                ///< that thread is at work
 };
+
+/// What an operator wants to know, as it happens.
+enum class Note : std::int32_t { kSensor = 0, kClock = 1, kArrival = 2, kFix = 3, kRelocation = 4, kClosure = 5 };
+using LogCallback = void (*)(void* context, Note note, double time_s, const char* text);
 
 /// A setting by its key, as `ssjs-cli config dump --of underwater` lists them, and its value as text.
 struct Setting {
@@ -115,10 +150,14 @@ class SSJS_ONLINE_API Estimator {
   Arrival feed(const Altitude& sample) noexcept;
   Arrival feed(const Velocity& sample) noexcept;
   Arrival feed(const Sighting& sample) noexcept;
+  Arrival feed(const Fix& sample) noexcept;
 
   /// At the time of the newest sample. False before the first one has gone through the filter.
   [[nodiscard]] bool pose(Pose* out) const noexcept;
   [[nodiscard]] Status status() const noexcept;
+
+  /// Called within feed() and finish(), by their thread; must not throw nor call the estimator. Null: nothing is said.
+  void set_log(LogCallback callback, void* context) noexcept;
 
   /// Everything through the filter, everything joined: the end of the mission. False on an error.
   bool finish() noexcept;
@@ -145,6 +184,7 @@ class SSJS_ONLINE_API Estimator {
 
  private:
   class Inside;
+  bool become(Inside* found) noexcept;
   Inside* inside_;
 };
 

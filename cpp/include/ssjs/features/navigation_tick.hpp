@@ -6,6 +6,7 @@
 
 #include "ssjs/base/archive.hpp"
 #include "ssjs/sensors/navigation_sensors.hpp"
+#include "ssjs/sensors/position_fix.hpp"
 #include "ssjs/sensors/side_scan.hpp"
 
 namespace ssjs {
@@ -19,6 +20,7 @@ struct NavigationTick {
   std::optional<double> depth_m;
   std::optional<double> altitude_m;
   std::optional<VelocitySample> velocity;
+  std::optional<PositionFix> fix;
   SideScanSightings sightings;
 
   void archive(Archive& a) {
@@ -29,6 +31,7 @@ struct NavigationTick {
     a("depth_m", depth_m);
     a("altitude_m", altitude_m);
     a("velocity", velocity);
+    a("fix", fix);
     a("sightings", sightings);
   }
 };

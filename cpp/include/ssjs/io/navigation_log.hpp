@@ -29,6 +29,9 @@ class NavigationLog {
   void add_sightings(const Column& time_s, const Table& vehicle_p_point, const Table& covariance,
                      const std::optional<std::vector<std::int64_t>>& landmark_id);
 
+  /// position: n x 2, world frame, m; sigma_m: of each coordinate.
+  void add_fixes(const Column& time_s, const Table& world_p_vehicle, const Column& sigma_m);
+
   [[nodiscard]] const std::vector<NavigationTick>& ticks();
 
  private:

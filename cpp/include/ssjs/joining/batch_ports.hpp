@@ -23,6 +23,9 @@ class BatchPorts final : public PortLevel {
   void tie(const PortMap& map, const std::vector<Port>& ports) override;
   void drift(int from, double variance) override;
   void merge_landmarks(int keep, int gone) override;
+  void free_start(const StartPrior& prior) override;
+  void fix(const FixFactor& fix) override;
+  void loosen(const PortMap& map) override { set_factor(map, {}); }
   /// Steps are halved while they do not reduce the cost; it ends where a step promises less than 1e-12 of half chi-squared. The Hessian is
   /// factorised anew where a base turned by more than 1 mrad or moved by more than 0.1 m since, or steps get hardly smaller: near its
   /// solution a factor of nearby serves as well.
@@ -34,7 +37,7 @@ class BatchPorts final : public PortLevel {
 
   /// Start of the next settle().
   void set_values(const PortValues& values);
-  /// Whether the unknown has no free coordinate (base 0 of a world that is not aligned to north; a landmark that is another by now).
+  /// Whether the unknown has no free coordinate (base 0 of a world neither aligned to north nor fixed; a landmark that is another by now).
   [[nodiscard]] bool is_fixed(const Unknown& unknown) const { return slot(unknown) < 0; }
   [[nodiscard]] std::vector<Unknown> unknowns() const;              ///< bases, offsets, living landmarks
   [[nodiscard]] double chi_squared() const { return 2.0 * cost_; }  ///< of the last settle()
@@ -74,6 +77,8 @@ class BatchPorts final : public PortLevel {
   std::map<int, Factor> factors_;     ///< by base
   std::vector<Drift> drifts_;
   std::optional<OffsetPrior> prior_;
+  std::optional<StartPrior> start_prior_;  ///< base 0 is free
+  std::vector<FixFactor> fixes_;
   SparseCholesky hessian_;
   Eigen::VectorXd gradient_;
   double cost_ = 0.0;
@@ -99,6 +104,8 @@ class BatchPorts final : public PortLevel {
     a("merged", merged_);
     a("drifts", drifts_);
     a("prior", prior_);
+    a("start_prior", start_prior_);
+    a("fixes", fixes_);
     a("pattern_is_stale", pattern_is_stale_);
     a("factorized_at", factorized_at_);
     a("at_hand", at_hand_);

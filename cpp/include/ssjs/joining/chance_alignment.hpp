@@ -1,4 +1,4 @@
-/// Whether pairs that lay one map over another could as well be found where nothing is in common. docs/math/season.md (P-28).
+/// Whether pairs that lay one map over another could as well be found where nothing is in common. docs/math/season.md (W-5).
 #pragma once
 
 #include <utility>

@@ -20,6 +20,14 @@ struct Closure {
   std::optional<GaussianSe2> from_T_to{};                      ///< error independent of the maps; m, rad
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs{};  ///< landmarks of map `from`, of map `to`
   std::string source{};                                        ///< who says so, for the report
+
+  void archive(Archive& a) {
+    a("from", from);
+    a("to", to);
+    a("from_T_to", from_T_to);
+    a("pairs", pairs);
+    a("source", source);
+  }
 };
 
 /// Squared distance of closures from the way without any closure, and their degrees of freedom: 3 of a pose, 2 a pair of landmarks.

@@ -60,6 +60,27 @@ struct NeighbourJoin {
   }
 };
 
+/// A position fix held against the survey. docs/math/ports.md (P-30..P-33).
+struct FixAttempt {
+  double time_s = 0.0;
+  int base = 0;
+  bool accepted = false;
+  bool relocated = false;             ///< the estimate was found wrong: this fix and the refused ones before it are used
+  std::string reason;                 ///< why not; empty when accepted
+  std::optional<double> chi_squared;  ///< of 2; nothing of the first fix, which decides where the survey lies
+  double distance_m = 0.0;            ///< from where the survey expected the vehicle
+
+  void archive(Archive& a) {
+    a("time_s", time_s);
+    a("base", base);
+    a("accepted", accepted);
+    a("relocated", relocated);
+    a("reason", reason);
+    a("chi_squared", chi_squared);
+    a("distance_m", distance_m);
+  }
+};
+
 struct JoinReport {
   int candidates = 0;              ///< pairs of maps compared
   std::vector<LoopAttempt> loops;  ///< compared pairs, in the order of the comparison
@@ -67,6 +88,7 @@ struct JoinReport {
   int fusions = 0;  ///< two maps became one, whether neighbours or a loop
   double association_time_s = 0.0;
   bool budget_exhausted = false;
+  std::vector<FixAttempt> fixes{};
 
   void append(const JoinReport& later);
   /// All but the time it took.
@@ -76,6 +98,7 @@ struct JoinReport {
     a("neighbours", neighbours);
     a("fusions", fusions);
     a("budget_exhausted", budget_exhausted);
+    a("fixes", fixes);
   }
 };
 

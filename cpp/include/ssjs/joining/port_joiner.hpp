@@ -14,6 +14,7 @@
 #include "ssjs/joining/map_joiner.hpp"
 #include "ssjs/joining/port_association.hpp"
 #include "ssjs/joining/port_duplicates.hpp"
+#include "ssjs/joining/port_fixes.hpp"
 #include "ssjs/joining/port_level.hpp"
 #include "ssjs/joining/port_reach.hpp"
 #include "ssjs/mapping/scan_association.hpp"
@@ -34,6 +35,7 @@ struct PortJoinerConfig {
   std::optional<double> north_offset_rad;
   double north_offset_sigma_rad = 0.05;
   double offset_drift_rad_per_sqrt_s = 0.0;
+  FixConfig fixes;
   ClosureGuardConfig closures;
   template <class Visitor>
   void visit(Visitor& v) {
@@ -55,6 +57,7 @@ struct PortJoinerConfig {
     v.field("north_offset_sigma_rad", north_offset_sigma_rad, Rule::positive(), "... and its standard deviation");
     v.field("offset_drift_rad_per_sqrt_s", offset_drift_rad_per_sqrt_s, Rule::not_negative(),
             "random walk of the compass offset between maps that state their mean offset only; 0 takes it for constant");
+    v.section("fixes", fixes, "position fixes, such as on surfacing");
     v.section("closures", closures, "loop closures that contradict each other");
   }
 };
@@ -63,9 +66,9 @@ class PortJoiner {
  public:
   explicit PortJoiner(const PortJoinerConfig& config);
 
-  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (P-24). Their maps are
+  /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (W-1). Their maps are
   /// number 1 and on, number 0 being this datum; where they end is not asked. The first pairs of a map are refused when more than
-  /// max_chance_alignments as good are to be expected by chance (P-28).
+  /// max_chance_alignments as good are to be expected by chance (W-5).
   void stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
@@ -150,6 +153,7 @@ class PortJoiner {
   PortJoinerConfig config_;
   PortAssociationConfig association_;
   std::unique_ptr<PortLevel> level_;
+  PortFixes fixes_;
   std::deque<PortMap> maps_;
   PortReach reach_;
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association

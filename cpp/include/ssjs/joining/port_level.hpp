@@ -22,9 +22,39 @@ struct OffsetPrior {
   }
 };
 
-/// Base 0 stands at the origin. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then the world's x axis is
-/// where the prior's headings start from, north. Two implementations: BatchPorts and RecursivePorts. Both take the same calls in the same
-/// order, an unknown's index being the next of its kind; the caller puts the ports into the map AFTER the call.
+/// A fix of the vehicle at `base_p` of a base's frame. (P-30)
+struct FixFactor {
+  int base = 0;
+  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();          ///< m
+  Eigen::Vector2d world_p = Eigen::Vector2d::Zero();         ///< m
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();  ///< m^2
+
+  void archive(Archive& a) {
+    a("base", base);
+    a("base_p", base_p);
+    a("world_p", world_p);
+    a("covariance", covariance);
+  }
+};
+
+/// Where a fix is expected, with the Jacobian over the base (x, y, heading). (P-30)
+struct PlacedFix {
+  Eigen::Vector2d world_p;
+  Eigen::Matrix<double, 2, 3> J_base;
+};
+[[nodiscard]] PlacedFix place_fix(const Se2& global_T_base, const Eigen::Vector2d& base_p);
+
+/// What is known of base 0 where fixes tell where it is: nothing of its position; of its heading, where no offset prior does, that it is 0
+/// give or take this. (P-31)
+struct StartPrior {
+  double heading_variance = 0.0;  ///< rad^2, > 0
+
+  void archive(Archive& a) { a("heading_variance", heading_variance); }
+};
+
+/// Base 0 stands at the origin, or where fixes put it. Its heading is 0 (the world is aligned to it), or, with an offset prior, free: then
+/// the world's x axis is where the prior's headings start from, north. Two implementations: BatchPorts and RecursivePorts. Both take the
+/// same calls in the same order, an unknown's index being the next of its kind; the caller puts the ports into the map AFTER the call.
 class PortLevel : public PortKnowledge {
  public:
   /// North-aligned world: offset 0 has this prior, and base 0 its heading from the compass entry (`row`) of map 0. Before anything else.
@@ -38,6 +68,11 @@ class PortLevel : public PortKnowledge {
   /// Two landmarks are one (P-19): what the maps say of `gone` they say of `keep` from now on. `gone` keeps its index, is held fixed and
   /// is not to be asked for. The caller renames the ports of the maps AFTER the call.
   virtual void merge_landmarks(int keep, int gone) = 0;
+  /// Base 0 is free from now on. Followed by fix() before anything else; a second call changes nothing.
+  virtual void free_start(const StartPrior& prior) = 0;
+  virtual void fix(const FixFactor& fix) = 0;
+  /// The covariance of the map has changed: its factor is made anew. (P-33)
+  virtual void loosen(const PortMap& map) = 0;
   /// Best estimate of all that was told so far; covariance() and values() answer for it.
   virtual void settle() = 0;
   /// Gauss-Newton over everything, whatever the implementation.

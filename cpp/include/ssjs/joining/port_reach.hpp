@@ -1,4 +1,4 @@
-/// Which maps of a survey may show the landmarks of another. docs/math/ports.md (P-24), ssjs.md (J-6).
+/// Which maps of a survey may show the landmarks of another. docs/math/ports.md (P-28), ssjs.md (J-6).
 #pragma once
 
 #include <Eigen/Core>

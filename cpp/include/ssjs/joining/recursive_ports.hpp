@@ -23,6 +23,9 @@ class RecursivePorts final : public PortLevel {
   void tie(const PortMap& map, const std::vector<Port>& ports) override;
   void drift(int from, double variance) override;
   void merge_landmarks(int keep, int gone) override;
+  void free_start(const StartPrior& prior) override;
+  void fix(const FixFactor& fix) override;
+  void loosen(const PortMap& map) override;
   void settle() override;
   void adjust() override;  ///< (P-9)
 
@@ -53,6 +56,7 @@ class RecursivePorts final : public PortLevel {
   std::vector<Block> blocks_;  ///< of the state, in the order of P_; base 0 is among them (zero rows where it is fixed)
   std::map<Unknown, Eigen::Index> row_of_;
   Eigen::MatrixXd P_;
+  bool is_free_ = false;            ///< base 0
   std::vector<double> turned_rad_;  ///< by base: sum of the heading steps since the last linearisation
   int relinearizations_ = 0;
 
@@ -62,6 +66,7 @@ class RecursivePorts final : public PortLevel {
     a("values", values_);
     a("blocks", blocks_);
     a("P", P_);
+    a("is_free", is_free_);
     a("turned_rad", turned_rad_);
     a("relinearizations", relinearizations_);
   }

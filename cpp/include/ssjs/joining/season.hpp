@@ -1,5 +1,5 @@
 /// Missions over the same ground as maps of one world: what they saw in common ties their frames, and is one contact.
-/// docs/math/season.md (P-24..P-27).
+/// docs/math/season.md (W-1..W-4).
 #pragma once
 
 #include <Eigen/Core>
@@ -59,7 +59,7 @@ struct SeasonEstimate {
   int budget_exhausted = 0;                  ///< missions whose pairing was the best found so far, not the best
 };
 
-/// Missions that might overlap by their origins (P-25) are joined in the order given, each against all before (P-26); others do not meet.
+/// Missions that might overlap by their origins (W-2) are joined in the order given, each against all before (W-3); others do not meet.
 /// Throws InvalidArgument naming the mission whose shapes do not fit, Cancelled when the sink says so.
 [[nodiscard]] SeasonEstimate join_missions(const std::vector<MissionMap>& missions, const SeasonConfig& config,
                                            const ProgressSink& progress = {});

@@ -12,6 +12,7 @@
 #include "ssjs/base/archive.hpp"
 #include "ssjs/features/navigation_tick.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
+#include "ssjs/mapping/base_fix.hpp"
 #include "ssjs/mapping/levelled_config.hpp"
 #include "ssjs/mapping/levelled_journal.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
@@ -22,10 +23,11 @@ namespace ssjs {
 /// In gyro_step_s: a gyro that is silent for longer says nothing of the turn.
 inline constexpr double kGyroHolds = 20.0;
 
-enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan };
-inline constexpr std::size_t kNavigationSensors = 6;
+enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro };
+inline constexpr std::size_t kNavigationSensors = 8;
 
-/// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter.
+/// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter. A gyro has
+/// none: its rates are inputs. Fixes are judged by who joins the maps.
 struct SensorStatistics {
   int used = 0;
   int refused = 0;  ///< outside the gate; a velocity log without bottom lock is neither
@@ -79,6 +81,7 @@ class LevelledBuilder {
   [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] double map_start_s() const { return start_time_s_; }
+  [[nodiscard]] const std::optional<BaseFix>& start_fix() const { return start_fix_; }            ///< that base 0 came with
   [[nodiscard]] bool offset_known() const { return offset_known_; }                               ///< the compass has spoken in this map
   [[nodiscard]] const std::optional<Eigen::Vector3d>& gyro_rad_s() const { return gyro_rad_s_; }  ///< the last sample
   [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return statistics_[static_cast<std::size_t>(sensor)]; }
@@ -97,6 +100,9 @@ class LevelledBuilder {
   void start(const NavigationTick& tick);
   void count_refused(const std::vector<NavigationSensor>& refused, TickResult& result);
   void predict_to(double time_s);
+  void add_doubt(double gap_s);
+  void forget_until(double time_s);
+  void level_again();
   void gate_rows(const NavigationTick& tick, bool gates);  ///< into gated_
   void associate(const NavigationTick& tick);              ///< into association_
   void introduce_offset(double compass_rad, double sigma_rad);
@@ -108,6 +114,8 @@ class LevelledBuilder {
   LevelledBuilderConfig config_;
   LevelledFilter filter_;
   LevelledJournal journal_;
+  FixKeeper fixes_;
+  std::optional<BaseFix> start_fix_;  ///< of base 0
   std::vector<MapLandmark> landmarks_;
   struct Seen {
     Eigen::Index landmark;
@@ -133,6 +141,8 @@ class LevelledBuilder {
   bool started_ = false;
   double start_time_s_ = 0.0, time_s_ = 0.0;
   double last_step_s_ = 0.0;
+  double usual_gap_s_ = 0.0;  ///< between two ticks, lately
+  bool is_lost_ = false;      ///< after a silence so long that nothing is known: the map ends as soon as another can begin
   double distance_m_ = 0.0;
   double shortened_m_ = 0.0;  ///< of it that an uncertain heading may have taken (A-25)
   bool offset_known_ = false;
@@ -144,6 +154,8 @@ class LevelledBuilder {
   void archive(Archive& a) {
     a("filter", filter_);
     a("journal", journal_);
+    a("fixes", fixes_);
+    a("start_fix", start_fix_);
     a("landmarks", landmarks_);
     a("seen", seen_);
     a("statistics", statistics_);
@@ -157,6 +169,8 @@ class LevelledBuilder {
     a("start_time_s", start_time_s_);
     a("time_s", time_s_);
     a("last_step_s", last_step_s_);
+    a("usual_gap_s", usual_gap_s_);
+    a("is_lost", is_lost_);
     a("distance_m", distance_m_);
     a("shortened_m", shortened_m_);
     a("offset_known", offset_known_);

@@ -55,12 +55,15 @@ struct LevelledSplitConfig {
   SplitPolicyConfig policy = {30, 0.3, std::nullopt, 100.0, std::nullopt, 2};
   double longest_m = 200.0;        ///< closes a map of whatever landmarks
   bool needs_velocity_fix = true;  ///< close only with the bottom in the velocity log; false for a vehicle without one
+  std::optional<double> fix_interval_s = 10.0;
   template <class Visitor>
   void visit(Visitor& v) {
     policy.visit(v);
     v.field("longest_m", longest_m, Rule::positive(), "distance travelled that closes a submap even with fewer landmarks");
     v.field("needs_velocity_fix", needs_velocity_fix,
             "submaps are closed only when the velocity log has the bottom; false for a vehicle without one");
+    v.field("fix_interval_s", fix_interval_s, Rule::not_negative(),
+            "a position fix closes a submap, at most once in so long; without it fixes are not used");
   }
 };
 

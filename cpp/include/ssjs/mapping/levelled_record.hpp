@@ -76,6 +76,7 @@ class LevelledRecord {
 
  private:
   void archive_entry(Archive& a, Entry& entry);
+  void archive_motion(Archive& a, Tape<double>::Piece& piece);
   void archive_numbers(Archive& a, std::string_view name, Tape<double>::Piece& piece, Eigen::Index rows, Eigen::Index columns);
 };
 

@@ -9,6 +9,7 @@
 #include "ssjs/base/archive.hpp"
 #include "ssjs/geometry/gaussian.hpp"
 #include "ssjs/geometry/se2.hpp"
+#include "ssjs/mapping/base_fix.hpp"
 #include "ssjs/mapping/submap.hpp"
 
 namespace ssjs {
@@ -70,6 +71,8 @@ struct LevelledSubmap {
   std::vector<MapLandmark> landmarks;         ///< in the order of the state
   std::vector<std::vector<double>> seen_s{};  ///< when each landmark was, ascending; empty where nobody remembers
   std::vector<LevelledStep> steps;            ///< ascending time
+  std::optional<BaseFix> start_fix{};         ///< of the base at which the map starts: only of the first map
+  std::optional<BaseFix> exit_fix{};          ///< of the base at which it ends
 
   [[nodiscard]] static auto exit() { return Eigen::seqN(0, Eigen::fix<3>); }
   [[nodiscard]] Se2 base_T_exit() const { return Se2::from_vector(mean.head<3>()); }
@@ -96,6 +99,8 @@ struct LevelledSubmap {
     a("landmarks", landmarks);
     a("seen_s", seen_s);
     a("steps", steps);
+    a("start_fix", start_fix);
+    a("exit_fix", exit_fix);
     const Eigen::Index further = mean.size() - landmark_offset(landmark_count());
     a.require(further >= 0 && further % 3 == 0 && covariance.rows() == mean.size() && covariance.cols() == mean.size(),
               "has a mean, a covariance and landmarks that do not fit each other");

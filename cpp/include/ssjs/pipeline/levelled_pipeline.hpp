@@ -16,6 +16,7 @@
 #include "ssjs/joining/survey_joiner.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
 #include "ssjs/pipeline/dead_reckoning.hpp"
+#include "ssjs/pipeline/sensor_guard.hpp"
 
 namespace ssjs {
 
@@ -39,6 +40,7 @@ struct LevelledConfig {
   SelectiveJoinerConfig fusing;
   DivideAndConquerConfig dcs;
   ExistenceConfig existence;
+  GuardConfig guard;
   /// Those of every field, and what does not fit together.
   [[nodiscard]] std::vector<std::string> violations() const;
   template <class Visitor>
@@ -62,6 +64,7 @@ struct LevelledConfig {
     v.section("fusing", fusing, "how the planar methods join submaps");
     v.section("dcs", dcs, "divide and conquer");
     v.section("existence", existence, "which landmarks are objects: how often the sonar passed them and how often they showed");
+    v.section("guard", guard, "samples that no such vehicle can give");
   }
 };
 
@@ -98,9 +101,11 @@ class LevelledPipeline {
   [[nodiscard]] SurveyEstimate estimate(std::size_t max_joint_bases) const { return joiner_->estimate(max_joint_bases); }
   [[nodiscard]] int compass_jumps() const { return joiner_->compass_jumps(); }
   [[nodiscard]] int merged() const { return joiner_->merged(); }
-  [[nodiscard]] const SensorStatistics& statistics(NavigationSensor sensor) const { return builder_.statistics(sensor); }
+  /// Refused are those outside their gates and those that the guard did not believe.
+  [[nodiscard]] SensorStatistics statistics(NavigationSensor sensor) const;
 
  private:
+  SensorGuard guard_;
   LevelledBuilder builder_;
   std::unique_ptr<SurveyJoiner> joiner_;
   DeadReckoning dead_reckoning_;

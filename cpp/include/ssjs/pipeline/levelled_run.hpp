@@ -24,6 +24,7 @@ struct LevelledResult {
 
   std::vector<MissionResult::Update> updates;  ///< one a tick with samples that were used
   std::vector<LoopAttempt> loops;
+  std::vector<FixAttempt> fixes;
   std::vector<LevelledSubmap> submaps;  ///< without their steps
   std::vector<GaussianSe2> global_T_base;
   Eigen::MatrixXd base_covariance;        ///< of all bases, 3 each; empty in a long mission

@@ -16,8 +16,10 @@ namespace ssjs {
 /// vehicle. docs/math/single_map.md (G-1).
 [[nodiscard]] OdometryIncrement command_increment(const Event& command, double dt_s, const VehicleConfig& config);
 
-/// Velocity commands hold until the next one; an increment leads from the one before to its time. Whatever the odometry, a motion is a
-/// pose increment (G-1), the same for every frame that follows it.
+/// Velocity commands hold until the next one; after a silence, longer than 5 s and than ten times the usual between two events, that is a
+/// guess, and the increment knows it: half its way in x and y and half its turn are added to its standard deviations, and after a quarter
+/// of an hour it knows nothing of the heading (as A-26 of auv.md). An increment leads from the one before to its time. Whatever the
+/// odometry, a motion is a pose increment (G-1), the same for every frame that follows it.
 class OdometryMotion {
  public:
   explicit OdometryMotion(const VehicleConfig& config) : config_(config) {}
@@ -31,6 +33,7 @@ class OdometryMotion {
  private:
   VehicleConfig config_;
   std::optional<double> time_s_;
+  double usual_s_ = 0.0;       ///< between two events, lately
   std::optional<Event> held_;  ///< command from now on
   std::optional<OdometryIncrement> increment_;
 };

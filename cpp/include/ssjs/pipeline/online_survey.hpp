@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "ssjs/joining/port_estimate.hpp"
@@ -17,6 +18,7 @@
 #include "ssjs/pipeline/background_worker.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
 #include "ssjs/pipeline/reorder_window.hpp"
+#include "ssjs/pipeline/survey_health.hpp"
 
 namespace ssjs {
 
@@ -38,13 +40,6 @@ struct OnlineSurveyConfig {
   }
 };
 
-enum class SurveyHealth {
-  kWaiting,  ///< nothing heard yet
-  kGood,
-  kDegraded,  ///< a sensor is silent or refused: the estimate is honest but worse than usual
-  kLost,      ///< the position is known no better than lost_sigma_m
-};
-
 /// What a pilot or a supervisor acts on.
 struct SurveyStatus {
   SurveyHealth health = SurveyHealth::kWaiting;
@@ -52,10 +47,15 @@ struct SurveyStatus {
   std::array<std::int64_t, 6> arrivals{};                 ///< samples by Arrival
   std::array<double, kNavigationSensors> silent_for_s{};  ///< since each sensor was last used; negative: never heard
   std::array<std::int64_t, kNavigationSensors> used{}, refused{};
-  int submaps = 0;        ///< finished
-  int landmarks = 0;      ///< of the present submap
-  int loop_closures = 0;  ///< pairs of maps tied so far
+  std::array<SensorState, kNavigationSensors> sensors{};
+  std::string advice;         ///< what to do about the worst of it; empty when all is well
+  int clock_changes = 0;      ///< times that the clock of the samples was found set
+  double clock_offset_s = 0;  ///< of the poses' time beyond that of the samples, since
+  int submaps = 0;            ///< finished
+  int landmarks = 0;          ///< of the present submap
+  int loop_closures = 0;      ///< pairs of maps tied so far
   int compass_jumps = 0;
+  int relocations = 0;   ///< times that fixes showed the estimate to be wrong, or an operator set it
   int waits = 0;         ///< times that the caller had to wait for the background
   bool joining = false;  ///< the background is at work; not a matter of the samples alone
 };
@@ -77,6 +77,10 @@ class OnlineSurvey {
   /// the first sample has gone through.
   [[nodiscard]] std::optional<SurveyStep> global_T_vehicle() const;
   [[nodiscard]] SurveyStatus status() const;
+
+  /// Told, in feed() and finish(), of what an operator wants to know; nothing is said otherwise.
+  void set_log(SurveyLog log) { log_ = std::move(log); }
+  [[nodiscard]] const SurveyLog& log() const { return log_; }
 
   /// All samples through, the last submap closed, the global level settled. No sample may follow.
   void finish();
@@ -106,6 +110,10 @@ class OnlineSurvey {
   void close(TickResult& finished);
   void take_over();
   void count(const JoinReport& report);
+  void tell(NoteKind kind, const std::string& text) const;
+  void tell_of_arrival(Arrival arrival, const NavigationTick& sample);
+  void tell_of_sensors();
+  [[nodiscard]] SensorState state_of(NavigationSensor sensor) const;
   void rest();
   [[nodiscard]] bool started() const { return steps_ > 0; }
   OnlineSurveyConfig config_;
@@ -115,9 +123,17 @@ class OnlineSurvey {
   GaussianSe2 global_T_base_;  ///< of the map that is being built
   double take_over_s_ = 0.0;
   std::array<std::int64_t, 6> arrivals_{};
-  std::array<double, kNavigationSensors> heard_s_;
+  SensorGuard guard_;
+  SensorWatch watch_;
+  SurveyLog log_;
+  std::array<SensorState, kNavigationSensors> told_{};  ///< to the log
+  int told_clock_changes_ = 0;
+  Arrival told_arrival_ = Arrival::kTaken;
+  bool fixes_contradict_ = false;  ///< the last one was refused
   int loop_closures_ = 0;
   int compass_jumps_ = 0;
+  int relocations_ = 0;
+  int fixes_used_ = 0, fixes_refused_ = 0;
   int submaps_ = 0;
   int waits_ = 0;
   std::int64_t steps_ = 0;
@@ -140,7 +156,8 @@ class OnlineSurvey {
   std::shared_future<void> is_joined_, is_read_;
   // last: their destructors wait before anything else goes
   BackgroundWorker background_;
-  std::future<void> writing_;  ///< a checkpoint
+  std::future<void> writing_;     ///< a checkpoint
+  std::size_t bytes_before_ = 0;  ///< of the one before, without the joiner
 
  public:
   /// All but the joiner; waits_ is of this process.
@@ -150,7 +167,12 @@ class OnlineSurvey {
     a("global_T_base", global_T_base_);
     a("take_over_s", take_over_s_);
     a("arrivals", arrivals_);
-    a("heard_s", heard_s_);
+    a("watch", watch_);
+    a("guard", guard_);
+    a("relocations", relocations_);
+    a("fixes_used", fixes_used_);
+    a("fixes_refused", fixes_refused_);
+    a("fixes_contradict", fixes_contradict_);
     a("loop_closures", loop_closures_);
     a("compass_jumps", compass_jumps_);
     a("submaps", submaps_);

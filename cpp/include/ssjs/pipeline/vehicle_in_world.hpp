@@ -4,6 +4,7 @@
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/geometry/gaussian.hpp"
 #include "ssjs/joining/port_estimate.hpp"
+#include "ssjs/sensors/position_fix.hpp"
 
 namespace ssjs {
 
@@ -14,5 +15,9 @@ namespace ssjs {
 
 /// The first base before its map is closed: it heads where the compass says that it does, less `north_offset_rad`.
 [[nodiscard]] GaussianSe2 base_facing_north(const LevelledFilter& filter, double north_offset_rad, double north_offset_sigma_rad);
+
+/// The first base before its map is closed, where it came with a fix: `base` moved there, its heading, where it was taken for exact, known
+/// to this.
+[[nodiscard]] GaussianSe2 base_at_fix(GaussianSe2 base, const PositionFix& fix, double heading_sigma_rad);
 
 }  // namespace ssjs

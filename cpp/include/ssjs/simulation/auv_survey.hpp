@@ -29,6 +29,7 @@ struct SurveyWorldConfig {
   double line_spacing_m = 20.0;
   int cross_lines = 3;
   double cross_margin_m = 10.0;  ///< cross lines begin and end so far outside the lines
+  bool surface_start = false;    ///< the log begins at the surface, run_in_m before the vehicle dives
   int dives = 1;                 ///< the lines and cross lines are driven in each; from one to the next at the surface
   double run_in_m = 60.0;        ///< the vehicle dives again so far before the first line
   int landmarks = 60;
@@ -42,6 +43,7 @@ struct SurveyWorldConfig {
     v.field("line_spacing_m", line_spacing_m, Rule::positive(), "between two lines");
     v.field("cross_lines", cross_lines, Rule::not_negative(), "lines across them, afterwards");
     v.field("cross_margin_m", cross_margin_m, Rule::not_negative(), "cross lines begin and end so far outside the lines");
+    v.field("surface_start", surface_start, "the mission begins at the surface, run_in_m before the vehicle dives");
     v.field("dives", dives, Rule::at_least(1), "times that all lines are driven; from one to the next at the surface");
     v.field("run_in_m", run_in_m, Rule::positive(), "the vehicle dives again so far before the first line");
     v.field("landmarks", landmarks, Rule::not_negative(), "points on the seabed");
@@ -96,6 +98,9 @@ struct AuvSimulationConfig {
   double sample_loss_fraction = 0.0;     ///< of attitude, compass, depth and altitude samples, each by itself
   double tide_m = 0.0;                   ///< depth readings gain a sine of this amplitude, 0 at the start; the altitude does not
   double tide_period_s = 44712.0;        ///< 12.42 h
+  std::optional<double> fix_interval_s;  ///< between position fixes, which there are at the surface alone
+  double fix_sigma_m = 1.5;              ///< of each coordinate, white
+  double fix_depth_m = 1.0;              ///< deeper than this there is none
   double mirrored_fraction = 0.0;        ///< of the sightings come a second time from the other side, as cross talk does
   double clutter_per_s = 0.0;            ///< sightings of nothing, evenly over the swath; identities from kFirstClutterId on
   double min_across_m = 3.0;             ///< the swath on each side
@@ -137,6 +142,10 @@ struct AuvSimulationConfig {
     v.field("sample_loss_fraction", sample_loss_fraction, Rule{0, 1, false, true}, "lost samples of the other sensors");
     v.field("tide_m", tide_m, Rule::not_negative(), "depth readings gain a sine of this amplitude");
     v.field("tide_period_s", tide_period_s, Rule::positive(), "and this period");
+    v.field("fix_interval_s", fix_interval_s, Rule::positive(),
+            "between position fixes, which there are at the surface alone; none: no fix");
+    v.field("fix_sigma_m", fix_sigma_m, Rule::positive(), "noise of each coordinate of a fix, white");
+    v.field("fix_depth_m", fix_depth_m, Rule::not_negative(), "a deeper vehicle has no fix");
     v.field("mirrored_fraction", mirrored_fraction, Rule::closed(0, 1), "of the sightings come a second time from the other side");
     v.field("clutter_per_s", clutter_per_s, Rule::not_negative(), "sightings of nothing, evenly over the swath");
     v.field("min_across_m", min_across_m, Rule::not_negative(), "nearest horizontal distance of the swath");
@@ -170,9 +179,9 @@ struct SimulatedSurvey {
 using SeabedDepth = std::function<double(const Eigen::Vector2d&)>;
 
 /// Drives the lines once. Streams of the seed: "gyro", "attitude", "compass", "depth", "altitude", "velocity", "side scan" (measurements),
-/// "mirrored", "clutter" (sightings of nothing), "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample loss"
-/// (which samples are missing). A `seabed` is the one that the altitude is measured over; without it the depth under the vehicle walks.
-/// Throws InvalidArgument for a configuration out of its rules or a path that cannot be driven.
+/// "fix", "mirrored", "clutter" (sightings of nothing), "velocity walk", "seabed walk", "compass walk" (truth), "velocity loss", "sample
+/// loss" (which samples are missing). A `seabed` is the one that the altitude is measured over; without it the depth under the vehicle
+/// walks. Throws InvalidArgument for a configuration out of its rules or a path that cannot be driven.
 [[nodiscard]] SimulatedSurvey simulate_survey(const SurveyWorld& world, const AuvSimulationConfig& config, std::uint64_t seed,
                                               const SeabedDepth& seabed = {});
 
