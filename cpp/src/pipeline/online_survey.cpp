@@ -304,10 +304,12 @@ bool OnlineSurvey::checkpoint(const std::string& path) {
     writing_.get();
   }
   Archive now;
+  now.reserve(bytes_before_ + bytes_before_ / 4);
   bool joining = background_.has_job();
   archive(now);
   now("joining", joining);
   std::string own = now.take_bytes();
+  bytes_before_ = own.size();
   std::promise<void> read;
   is_read_ = read.get_future().share();
   writing_ =

@@ -83,6 +83,8 @@ class Archive {
   /// Reading: nothing may be left.
   void end() const;
   [[nodiscard]] std::size_t left() const { return in_.size(); }
+  /// Writing: about so many bytes are to come.
+  void reserve(std::size_t bytes) { out_.reserve(bytes); }
   /// Writing: what was written so far.
   [[nodiscard]] std::string take_bytes() { return std::move(out_); }
 

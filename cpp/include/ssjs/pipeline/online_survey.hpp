@@ -156,7 +156,8 @@ class OnlineSurvey {
   std::shared_future<void> is_joined_, is_read_;
   // last: their destructors wait before anything else goes
   BackgroundWorker background_;
-  std::future<void> writing_;  ///< a checkpoint
+  std::future<void> writing_;     ///< a checkpoint
+  std::size_t bytes_before_ = 0;  ///< of the one before, without the joiner
 
  public:
   /// All but the joiner; waits_ is of this process.
