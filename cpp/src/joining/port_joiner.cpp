@@ -421,6 +421,7 @@ GaussianSe2 PortJoiner::global_T_newest_base() const {
 }
 
 void PortJoiner::archive(Archive& a) {
+  if (max_chance_alignments_) throw InvalidArgument("archive", "maps that are no chain", "a season is joined anew from its runs");
   std::map<std::int64_t, std::pair<int, Eigen::Index>> first_seen;  // a sighting by the number of its map
   for (const auto& [id, sighting] : first_seen_) first_seen[id] = {sighting.map->base(), sighting.landmark};
   bool has_compass = compass_.has_value();
