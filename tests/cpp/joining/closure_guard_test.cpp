@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <set>
 
 #include "joining/false_closures.hpp"
@@ -119,31 +118,6 @@ TEST(ClosureGuard, C6_C9_TwelveSurveysLong) {
   }
   static_cast<void>(study(0.3, 12, false, {0.8, 0.04, 0.0175, 0.006, 0.35, false}));  // twice as weak
   static_cast<void>(study(0.3, 12, true, testing::kWeakNoise));
-}
-
-/// Lines of 150 m, a map every 15 m, claims all over: what a closure costs among a thousand maps (processor time).
-TEST(ClosureGuard, C8_AThousandMapsLong) {
-  Rng rng(77);
-  testing::LevelledWorld world = testing::weak_world(rng);
-  world.landmarks.clear();
-  world.bases = testing::lawn_mower_bases(60, 230.0, 10.0, 15.0);
-  world.offsets.assign(world.bases.size(), 0.0);
-  const std::vector<LevelledSubmap> maps = testing::survey_maps(world, {0.1, 0.004, 0.0175, 0.006, 0.35, false}, CompassPorts::kNone, rng);
-  const std::vector<Claim> claims = testing::claims(world, 0.3, rng);
-  const auto begin = std::clock();
-  const Outcome guarded = run(world, maps, claims, {}, true);
-  const auto middle = std::clock();
-  PortJoinerConfig open;
-  open.closures.enabled = false;
-  const Outcome all = run(world, maps, claims, open, true);
-  const auto end = std::clock();
-  const auto seconds = [](std::clock_t ticks) { return static_cast<double>(ticks) / CLOCKS_PER_SEC; };
-  std::printf(
-      "%zu maps, %d claims (%d false): with guard %.1f s, without %.1f s of processor time; false kept %d, true refused %d, %d revisions; "
-      "error %.2f m, without guard %.2f m\n",
-      maps.size(), guarded.claims, guarded.false_claims, seconds(middle - begin), seconds(end - middle), guarded.false_kept,
-      guarded.claims - guarded.false_claims - guarded.true_kept, guarded.revised, guarded.rmse_m, all.rmse_m);
-  EXPECT_LE(guarded.false_kept, guarded.false_claims / 20);
 }
 
 TEST(ClosureGuard, C9_NothingRefusedNothingChanged) {
