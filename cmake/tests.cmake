@@ -16,6 +16,7 @@ list(REMOVE_DUPLICATES ssjs_test_folders)
 # The library that a folder of tests is about; all others are about ssjs::slam.
 set(ssjs_test_library_imaging imaging)
 set(ssjs_test_library_cascade cascade)
+set(ssjs_test_library_optical optical)
 set(ssjs_test_library_survey survey)
 
 # The filter and what lies on the way to it, with Eigen's watch over the heap: tests/cpp/allocation. A library by itself, as one program must not

@@ -13,9 +13,9 @@ case $purpose in
 esac
 python=${SSJS_PYTHON:-/usr/bin/python3}
 
-packages=(g++ cmake ninja-build pkg-config ca-certificates libeigen3-dev libsuitesparse-dev libopencv-imgproc-dev libpugixml-dev nlohmann-json3-dev ccache python3 python3-dev python3-venv)
+packages=(g++ cmake ninja-build pkg-config ca-certificates libeigen3-dev libsuitesparse-dev libopencv-imgproc-dev libpugixml-dev nlohmann-json3-dev libdlib-dev ccache python3 python3-dev python3-venv)
 if [[ $purpose == develop ]]; then
-  packages+=(libgtest-dev libbenchmark-dev chromium clang-14 libclang-rt-14-dev libfuzzer-14-dev)
+  packages+=(libgtest-dev libbenchmark-dev libopencv-features2d-dev chromium clang-14 libclang-rt-14-dev libfuzzer-14-dev)
 fi
 
 install_debian_packages() {

@@ -51,6 +51,7 @@ PYBIND11_MODULE(_core, module) {
   add_features(module);
   add_imaging(module);
   add_segmentation(module);
+  add_optical(module);
   add_cascade(module);
   add_survey(module);
   add_sonar_loop(module);

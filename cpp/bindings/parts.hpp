@@ -13,6 +13,7 @@ void add_underwater_simulation(pybind11::module_& module);
 void add_features(pybind11::module_& module);
 void add_imaging(pybind11::module_& module);
 void add_segmentation(pybind11::module_& module);
+void add_optical(pybind11::module_& module);
 void add_cascade(pybind11::module_& module);
 void add_survey(pybind11::module_& module);
 void add_sonar_loop(pybind11::module_& module);

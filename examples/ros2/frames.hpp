@@ -54,6 +54,16 @@ inline Quaternion quaternion_of(const Angles& a) {
   return {cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy};
 }
 
+/// North and east of an origin, m, for points within some tens of kilometres: arcs along the radii of curvature of WGS 84 at the origin.
+inline std::array<double, 2> north_east(double latitude_deg, double longitude_deg, double origin_latitude_deg,
+                                        double origin_longitude_deg) {
+  constexpr double a = 6378137.0, e2 = 6.69437999014e-3;
+  const double degree = kPi / 180.0, sine = std::sin(origin_latitude_deg * degree);
+  const double w2 = 1.0 - e2 * sine * sine, normal = a / std::sqrt(w2), meridian = normal * (1.0 - e2) / w2;
+  const double turned_deg = std::remainder(longitude_deg - origin_longitude_deg, 360.0);
+  return {meridian * (latitude_deg - origin_latitude_deg) * degree, normal * std::cos(origin_latitude_deg * degree) * turned_deg * degree};
+}
+
 /// Depth below the surface of an absolute pressure, m. The mean density of the water column, kg/m^3.
 inline double depth_of(double pressure_pa, double surface_pa, double density) {
   constexpr double gravity = 9.80665;

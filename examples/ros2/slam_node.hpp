@@ -5,6 +5,8 @@
 ///   ENU) pressure   sensor_msgs/FluidPressure: absolute dvl        geometry_msgs/TwistWithCovarianceStamped: over ground; a negative first
 ///   variance means no bottom lock altitude   sensor_msgs/Range: straight down sightings  geometry_msgs/PointStamped: points on the seabed,
 ///   as detectors find them
+///   fix        sensor_msgs/NavSatFix: against the origin of the parameters, where satellites are to be used; the map is north-aligned
+///              then (setting joining.north_offset_rad)
 /// Publishes odometry (nav_msgs/Odometry, pose of base_link in map, no twist), the transform map -> base_link, /diagnostics.
 /// One executor thread: an Estimator belongs to one thread at a time.
 #pragma once
@@ -26,6 +28,7 @@
 #include <rclcpp/rclcpp.hpp>
 #include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <sensor_msgs/msg/range.hpp>
 
 #include "frames.hpp"
@@ -57,6 +60,7 @@ class SlamNode : public rclcpp::Node {
         base_(declare_parameter("base_frame", std::string("base_link"))),
         surface_pa_(declare_parameter("surface_pressure_pa", 101325.0)),
         density_(declare_parameter("water_density_kg_m3", 1025.0)),
+        origin_deg_(declare_parameter("origin_latitude_longitude_deg", std::vector<double>{})),
         transforms_(*this) {
     const rclcpp::SensorDataQoS sensor;
     imu_ = create_subscription<sensor_msgs::msg::Imu>("imu", sensor, [this](const sensor_msgs::msg::Imu& m) { take(m); });
@@ -68,6 +72,9 @@ class SlamNode : public rclcpp::Node {
     altitude_ = create_subscription<sensor_msgs::msg::Range>("altitude", sensor, [this](const sensor_msgs::msg::Range& m) { take(m); });
     sightings_ = create_subscription<geometry_msgs::msg::PointStamped>("sightings", sensor,
                                                                        [this](const geometry_msgs::msg::PointStamped& m) { take(m); });
+    if (origin_deg_.size() == 2) {
+      fix_ = create_subscription<sensor_msgs::msg::NavSatFix>("fix", sensor, [this](const sensor_msgs::msg::NavSatFix& m) { take(m); });
+    }
     odometry_ = create_publisher<nav_msgs::msg::Odometry>("odometry", rclcpp::QoS(10));
     diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", rclcpp::QoS(10));
     pose_timer_ = create_wall_timer(std::chrono::milliseconds(100), [this] { publish_pose(); });
@@ -106,6 +113,14 @@ class SlamNode : public rclcpp::Node {
   void take(const geometry_msgs::msg::PointStamped& m) {
     const Vector point = other_body({m.point.x, m.point.y, m.point.z});
     (void)estimator_.feed(ssjs::online::Sighting{seconds(m), {point[0], point[1], point[2]}, false, {}, -1});
+  }
+
+  void take(const sensor_msgs::msg::NavSatFix& m) {
+    const bool is_known = m.position_covariance_type != sensor_msgs::msg::NavSatFix::COVARIANCE_TYPE_UNKNOWN;
+    if (m.status.status < sensor_msgs::msg::NavSatStatus::STATUS_FIX || !is_known) return;
+    const auto& P = m.position_covariance;  // east, north, up
+    const std::array<double, 2> at = north_east(m.latitude, m.longitude, origin_deg_[0], origin_deg_[1]);
+    (void)estimator_.feed(ssjs::online::Fix{seconds(m), at[0], at[1], {P[4], P[1], P[1], P[0]}, false});
   }
 
   void publish_pose() {
@@ -186,12 +201,14 @@ class SlamNode : public rclcpp::Node {
   Estimator estimator_;
   std::string map_, base_;
   double surface_pa_, density_;
+  std::vector<double> origin_deg_;
   tf2_ros::TransformBroadcaster transforms_;
   rclcpp::Subscription<sensor_msgs::msg::Imu>::SharedPtr imu_;
   rclcpp::Subscription<sensor_msgs::msg::FluidPressure>::SharedPtr pressure_;
   rclcpp::Subscription<geometry_msgs::msg::TwistWithCovarianceStamped>::SharedPtr dvl_;
   rclcpp::Subscription<sensor_msgs::msg::Range>::SharedPtr altitude_;
   rclcpp::Subscription<geometry_msgs::msg::PointStamped>::SharedPtr sightings_;
+  rclcpp::Subscription<sensor_msgs::msg::NavSatFix>::SharedPtr fix_;
   rclcpp::Publisher<nav_msgs::msg::Odometry>::SharedPtr odometry_;
   rclcpp::Publisher<diagnostic_msgs::msg::DiagnosticArray>::SharedPtr diagnostics_;
   rclcpp::TimerBase::SharedPtr pose_timer_, status_timer_;

@@ -79,7 +79,7 @@ TEST(IntegralImageTest, SumsStayExactWhenTheRunningSumsOverflow) {
 }
 
 TEST(IntegralImageTest, WhatIsNoGreyImageIsRefused) {
-  EXPECT_THROW(IntegralImage(cv::Mat()), InvalidArgument);
+  EXPECT_THROW(IntegralImage{cv::Mat()}, InvalidArgument);
   EXPECT_THROW(IntegralImage(cv::Mat(2, 2, CV_16U)), InvalidArgument);
   EXPECT_THROW(IntegralImage(cv::Mat(2, 2, CV_8U), IntegralImage::Diagonal::kWithout, 0), InvalidArgument);
 }

@@ -57,6 +57,12 @@ TEST(RosFramesTest, DepthIsTheWeightOfTheWaterAbove) {
   EXPECT_NEAR(depth_of(101325.0 + 1025.0 * 9.80665 * 12.0, 101325.0, 1025.0), 12.0, 1e-9);
 }
 
+/// A minute of latitude at 45 degrees is 1852.2 m on WGS 84 (111131.745 m a degree), a degree of longitude there 78846.8 m.
+TEST(RosFramesTest, DegreesAreMetresOfWgs84) {
+  EXPECT_NEAR(north_east(45.0 + 1.0 / 60.0, 10.0, 45.0, 10.0)[0], 111131.745 / 60.0, 0.2);
+  EXPECT_NEAR(north_east(45.0, -179.99, 45.0, 179.99)[1], 0.02 * 78846.8, 0.1);  // across the date line
+}
+
 template <class Message>
 auto& subscribed(SlamNode& node, const std::string& topic) {
   return *std::any_cast<typename rclcpp::Subscription<Message>::SharedPtr>(node.topics.at(topic));
@@ -120,6 +126,30 @@ TEST(RosNodeTest, AVehicleThatGoesNorthGoesAlongY) {
   using diagnostic_msgs::msg::DiagnosticStatus;
   const auto& status = published<diagnostic_msgs::msg::DiagnosticArray>(node, "/diagnostics").back().status.at(0);
   EXPECT_EQ(status.level, DiagnosticStatus::OK) << status.message;
+}
+
+TEST(RosNodeTest, FixesArriveOnlyWithAnOriginAndACovariance) {
+  rclcpp::Node::overrides["settings"] = std::vector<std::string>{"arrival.window_s=0.2", "joining.north_offset_rad=0"};
+  EXPECT_EQ(SlamNode().topics.count("fix"), 0U);
+  rclcpp::Node::overrides["origin_latitude_longitude_deg"] = std::vector<double>{45.0, 10.0};
+  SlamNode node;
+  sensor_msgs::msg::NavSatFix fix;
+  fix.header.stamp.sec = 1700000000;
+  fix.latitude = 45.0;
+  fix.longitude = 10.0;
+  fix.status.status = sensor_msgs::msg::NavSatStatus::STATUS_FIX;
+  fix.position_covariance = {4.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 9.0};
+  const auto send = [&](std::int32_t later_s) {
+    fix.header.stamp.sec = 1700000000 + later_s;
+    subscribed<sensor_msgs::msg::NavSatFix>(node, "fix").callback(fix);
+    node.timers.at(0)->callback();
+    return published<nav_msgs::msg::Odometry>(node, "odometry").size();
+  };
+  EXPECT_EQ(send(0) + send(1) + send(2), 0U);  // of no known covariance: nothing was fed
+  fix.position_covariance_type = sensor_msgs::msg::NavSatFix::COVARIANCE_TYPE_KNOWN;
+  EXPECT_EQ(send(3), 0U);  // waits in the window
+  EXPECT_EQ(send(4), 1U);
+  rclcpp::Node::overrides.clear();
 }
 
 TEST(RosNodeTest, AnUnknownSettingStopsTheNodeAtItsStart) {

@@ -68,7 +68,7 @@ class PortJoiner {
 
   /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (W-1). Their maps are
   /// number 1 and on, number 0 being this datum; where they end is not asked. The first pairs of a map are refused when more than
-  /// max_chance_alignments as good are to be expected by chance (W-5).
+  /// max_chance_alignments as good are to be expected by chance (W-5). Such a joiner cannot be archived.
   void stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before.
@@ -146,6 +146,7 @@ class PortJoiner {
   void judge_by_the_rest(const std::vector<std::size_t>& closures, JoinReport& report);
   void revise(JoinReport& report);
   void rebuild();
+  void chain_anew();
   void merge_duplicates(const std::vector<int>& among);
   void merge(const Duplicate& duplicate);
   [[nodiscard]] double density_around(int observer, const std::vector<Sighting>& predicted) const;

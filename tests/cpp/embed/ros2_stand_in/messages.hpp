@@ -71,6 +71,18 @@ struct FluidPressure {
   std_msgs::msg::Header header;
   double fluid_pressure = 0.0, variance = 0.0;
 };
+struct NavSatStatus {
+  static constexpr std::int8_t STATUS_NO_FIX = -1, STATUS_FIX = 0;
+  std::int8_t status = STATUS_NO_FIX;
+};
+struct NavSatFix {
+  static constexpr std::uint8_t COVARIANCE_TYPE_UNKNOWN = 0, COVARIANCE_TYPE_KNOWN = 3;
+  std_msgs::msg::Header header;
+  NavSatStatus status;
+  double latitude = 0.0, longitude = 0.0, altitude = 0.0;
+  std::array<double, 9> position_covariance{};
+  std::uint8_t position_covariance_type = COVARIANCE_TYPE_UNKNOWN;
+};
 struct Range {
   std_msgs::msg::Header header;
   float min_range = 0.0F, max_range = 0.0F, range = 0.0F;
