@@ -1,5 +1,6 @@
 #include "ssjs/joining/batch_ports.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>

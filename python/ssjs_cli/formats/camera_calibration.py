@@ -1,6 +1,6 @@
 """Calibrations of cameras: what OpenCV, ROS, Kalibr and Bouguet's toolbox write, and the file of a mission, which is ROS's.
 
-All of them count pixels from the centre of the top left one, but Bouguet's toolbox is MATLAB's on the outside only: its cc counts from 0 too.
+All of them count pixels from the centre of the top left one, which is (0, 0); Bouguet's toolbox too, though MATLAB counts from 1.
 """
 
 import math
@@ -114,8 +114,12 @@ def _kalibr(camera: Mapping[str, Any], path: Path) -> CameraCalibration:
         raise UserError(f"{path}: camera_model '{model}' is not known here; calibrate with pinhole-radtan or pinhole-equi")
     focal_x, focal_y, centre_x, centre_y = _numbers(camera, "intrinsics", path, 4)
     width, height = _numbers(camera, "resolution", path, 2)
-    lens, distortion = _distortion(str(camera.get("distortion_model", "none")), camera.get("distortion_coeffs", []), "distortion_coeffs", path)
-    return CameraCalibration(_whole(width, "resolution", path), _whole(height, "resolution", path), focal_x, focal_y, centre_x, centre_y, 0.0, lens, distortion)
+    lens, distortion = _distortion(
+        str(camera.get("distortion_model", "none")), camera.get("distortion_coeffs", []), "distortion_coeffs", path
+    )
+    return CameraCalibration(
+        _whole(width, "resolution", path), _whole(height, "resolution", path), focal_x, focal_y, centre_x, centre_y, 0.0, lens, distortion
+    )
 
 
 def _matrices(content: Mapping[str, Any], path: Path) -> CameraCalibration:
@@ -150,10 +154,14 @@ def _bouguet(path: Path) -> CameraCalibration:
         raise
     except Exception as error:  # whatever the reader meets in a damaged file
         raise UserError(f"{path}: is not a MATLAB file, or damaged ({' '.join(str(error).split())}); save the calibration again") from error
-    values = {key: [float(x) for x in value.ravel()] for key, value in content.items() if not key.startswith("_") and value.dtype.kind in "fiu"}
+    values = {
+        key: [float(x) for x in value.ravel()] for key, value in content.items() if not key.startswith("_") and value.dtype.kind in "fiu"
+    }
     for key, count in (("fc", 2), ("cc", 2), ("kc", 5), ("nx", 1), ("ny", 1)):
         if len(values.get(key, [])) != count:
-            raise UserError(f"{path}: {key} is missing or not of {count} numbers; a Calib_Results.mat of Bouguet's toolbox has fc, cc, kc, nx, ny")
+            raise UserError(
+                f"{path}: {key} is missing or not of {count} numbers; a Calib_Results.mat of Bouguet's toolbox has fc, cc, kc, nx, ny"
+            )
     skew = values.get("alpha_c", [0.0])[0] * values["fc"][0]
     distortion = tuple(values["kc"])
     lens: Lens = "brown" if any(distortion) else "pinhole"
