@@ -195,7 +195,9 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
 
   JoinReport report;
   const auto fix = [&](const std::optional<BaseFix>& base_fix, int base) {
-    if (base_fix) report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));
+    if (!base_fix) return;
+    report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));
+    if (report.fixes.back().relocated) chain_anew();  // a map has been loosened
   };
   fix(maps_.back().submap.start_fix, newest);
   fix(maps_.back().submap.exit_fix, newest + 1);
@@ -453,10 +455,7 @@ void PortJoiner::archive(Archive& a) {
   check_read();
   check_ties();
   level_->resume(maps_);
-  for (const PortMap& map : maps_) {
-    const auto k = static_cast<std::size_t>(map.base());
-    guard_.append(map.submap, compass_goes_on_[k], drift_variance_[k]);
-  }
+  chain_anew();
 }
 
 /// Throws InvalidArgument where maps, ports and level do not fit each other.

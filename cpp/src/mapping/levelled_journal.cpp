@@ -20,6 +20,7 @@ std::vector<LevelledStep> LevelledJournal::take_steps(const LevelledFilter& filt
 UnsmoothedSteps LevelledJournal::take_unsmoothed(const LevelledFilter& filter, const std::vector<Eigen::Index>& exit,
                                                  LevelledRecord blank) {
   blank.clear();
+  blank.match(record_);
   return {std::exchange(record_, std::move(blank)), filter.size(), exit, exit_covariance(filter, exit)};
 }
 

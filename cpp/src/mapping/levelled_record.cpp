@@ -128,6 +128,13 @@ void LevelledRecord::clear() {
   F_.setIdentity();
 }
 
+void LevelledRecord::match(const LevelledRecord& other) {
+  entries_.reserve(other.entries_.capacity());
+  steps_.reserve(other.steps_.capacity());
+  numbers_.match(other.numbers_);
+  rows_.match(other.rows_);
+}
+
 Tape<double>::Piece LevelledRecord::copy(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   const Tape<double>::Piece piece = numbers_.append(static_cast<std::size_t>(matrix.size()));
   Eigen::Map<Eigen::MatrixXd>(piece.items, matrix.rows(), matrix.cols()) = matrix;

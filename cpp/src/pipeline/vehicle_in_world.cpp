@@ -1,5 +1,7 @@
 #include "ssjs/pipeline/vehicle_in_world.hpp"
 
+#include <array>
+
 #include <vector>
 
 #include "ssjs/base/angle.hpp"
@@ -7,7 +9,7 @@
 namespace ssjs {
 
 SurveyStep vehicle_in_world(const GaussianSe2& global_T_base, const VehicleVector& vehicle, const Matrix6d& covariance, double time_s) {
-  const std::vector<Eigen::Index> planar{0, 1, 5};
+  constexpr std::array<Eigen::Index, 3> planar{0, 1, 5};
   const Se2 base_T_vehicle = Se2::from_vector(vehicle(planar));
   const Se2 global = global_T_base.mean * base_T_vehicle;
   Matrix6d J = Matrix6d::Identity();

@@ -1,6 +1,8 @@
 """The page of a season of missions: a table with what stands out on top, and one map of all contacts."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ssjs_cli.formats.season_contacts import season_rows
@@ -10,7 +12,7 @@ from ssjs_cli.report.sheet import Sheet, SheetColumn, sheet
 from ssjs_cli.report.study_page import Section, StudyPage, render_study
 
 if TYPE_CHECKING:
-    from ssjs_cli.studies.season_map import SeasonMap
+    from ssjs_cli.studies.season_map import Region, SeasonMap
 
 SEASON_SHEET: tuple[SheetColumn, ...] = (
     ("mission", "mission", None, 1.0),
@@ -49,6 +51,7 @@ NOTE = (
 MAX_ROWS = 2000
 MAX_SEEN_BY = 6
 MAX_MAPS = 6
+MAX_SITES = 3
 #: A mission that stands out by more is drawn so on the map.
 OUTLIER_SCORE = 3.0
 
@@ -116,5 +119,28 @@ def _maps(rows: Sequence[Mapping[str, Any]], made: "SeasonMap") -> list[Section]
             notes.append(f"Ellipses of {MAX_ELLIPSES} of them.")
         if len(regions) > MAX_MAPS and number == 0:
             notes.append(f"{len(regions) - MAX_MAPS} smaller regions are not drawn.")
+        sites = _largest_sites(region)
+        if sites:
+            notes.append(f"Missions that might overlap are one site; the {len(sites)} with most missions follow.")
         plots.append(Plot("map" if number == 0 else f"map-{number + 1}", f"Region {number + 1}", season_figure(region, outliers), notes))
+        for rank, site in enumerate(sites):
+            text = f"{len(site.missions)} missions, {len(site.contacts)} contacts."
+            heading = f"Region {number + 1}, site {site.missions[0].site + 1}"
+            plots.append(Plot(f"map-{number + 1}-site-{rank + 1}", heading, season_figure(site, outliers), [text]))
     return [Section("maps", "Map" if len(plots) == 1 else "Maps", plots)] if plots else []
+
+
+def _largest_sites(region: "Region") -> list["Region"]:
+    """Each as a region of its own, none where there is one site alone."""
+    counts = Counter(mission.site for mission in region.missions)
+    if len(counts) == 1:
+        return []
+    site_of = {mission.name: mission.site for mission in region.missions}
+    return [
+        replace(
+            region,
+            missions=[mission for mission in region.missions if mission.site == site],
+            contacts=[contact for contact in region.contacts if site_of[contact.seen_by[0][0]] == site],
+        )
+        for site, _ in sorted(counts.items(), key=lambda entry: (-entry[1], entry[0]))[:MAX_SITES]
+    ]

@@ -55,7 +55,7 @@ TEST(WindowSetTest, HoldsBackAsNearToTheFractionAsRecordingsAllow) {
   std::vector<int> recordings(60, 0);  // one recording larger than all that is wanted, and forty of one window
   for (int i = 0; i < 40; ++i) recordings.push_back(1 + i);
   const std::vector<int> two_kinds = {1, 1, 1, 1, 1, 1, 1, 2, 2, 2};
-  for (int seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     EXPECT_EQ(split_by_recording(recordings, 0.2, Rng(seed)).validation.size(), 20U);
     EXPECT_EQ(split_by_recording(recordings, 0.0, Rng(seed)).validation.size(), 0U);
     EXPECT_EQ(split_by_recording(two_kinds, 0.4, Rng(seed)).validation.size(), 3U);

@@ -54,6 +54,12 @@ def reachable(folder: str) -> set[str]:
     return found
 
 
+def headers_it_is_part_of(header: Path) -> list[Path]:
+    """a/b_c_d.hpp -> a/b_c.hpp, a/b.hpp: a long source is split into parts that begin with the name of the whole."""
+    words = header.stem.split("_")
+    return [header.with_name("_".join(words[:count]) + ".hpp") for count in range(len(words) - 1, 0, -1)]
+
+
 def folder_of(path: Path) -> str | None:
     """The library folder of a file given relative to cpp/, None outside the library (bindings)."""
     parts = path.parts
@@ -77,7 +83,7 @@ def violations(project: Path) -> list[str]:
             continue
         if relative.parts[0] == "src":
             header = (cpp / "include" / "ssjs" / relative.relative_to("src")).with_suffix(".hpp")
-            if not header.exists():
+            if not any(candidate.exists() for candidate in (header, *headers_it_is_part_of(header))):
                 found.append(f"{name}:1: no header {header.relative_to(project).as_posix()} of the same path")
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
             match = INCLUDE.match(line)

@@ -67,6 +67,7 @@ def test_accepts_what_is_right(tmp_path: Path) -> None:
     files = {
         "include/ssjs/joining/sparse_cholesky.hpp": '#pragma once\n#include <Eigen/Core>\n#include "ssjs/base/error.hpp"\n',
         "src/joining/sparse_cholesky.cpp": '#include "ssjs/joining/sparse_cholesky.hpp"\n#include <cholmod.h>\n',
+        "src/joining/sparse_cholesky_updates.cpp": '#include "ssjs/joining/sparse_cholesky.hpp"\n',
         "bindings/joining.cpp": '#include <pybind11/pybind11.h>\n#include "ssjs/joining/sparse_cholesky.hpp"\n',
     }
     assert check_includes.violations(project_with(tmp_path, files)) == []

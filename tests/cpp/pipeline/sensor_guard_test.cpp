@@ -26,14 +26,14 @@ TEST(SensorGuard, WhatNoVehicleDoesIsRefusedUntilEnoughGoodSamplesCome) {
   config.recover_samples = 3;
   SensorGuard guard(config);
   EXPECT_TRUE(guard.pass(depth_at(0.0, 12.0)).depth_m);
-  EXPECT_FALSE(guard.pass(depth_at(0.1, -500.0)).depth_m);
+  EXPECT_FALSE(guard.pass(depth_at(0.1, -5e4)).depth_m);
   EXPECT_EQ(guard.fault(NavigationSensor::kDepth), SampleFault::kRange);
   EXPECT_FALSE(guard.pass(depth_at(0.2, 12.0)).depth_m);
   EXPECT_FALSE(guard.pass(depth_at(0.3, 12.1)).depth_m);
   EXPECT_TRUE(guard.pass(depth_at(0.4, 12.0)).depth_m);  // the third in a row
   EXPECT_EQ(guard.fault(NavigationSensor::kDepth), SampleFault::kNone);
   EXPECT_EQ(guard.refused(NavigationSensor::kDepth), 3);
-  EXPECT_FALSE(guard.pass(depth_at(0.5, -500.0)).depth_m);
+  EXPECT_FALSE(guard.pass(depth_at(0.5, -5e4)).depth_m);
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(guard.pass(depth_at(0.6 + 0.1 * i, 12.0 + 0.01 * i)).depth_m);
   EXPECT_TRUE(guard.pass(depth_at(1.2, 12.0)).depth_m);  // twice as many the second time
 }

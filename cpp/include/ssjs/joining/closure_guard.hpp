@@ -47,6 +47,9 @@ class ClosureGuard {
     if (config_.enabled) chain_.append(submap, compass_goes_on, drift_variance);
   }
 
+  /// Forgets the maps: they have changed and are appended again. What was decided by them stays decided.
+  void forget_maps() { chain_ = {}; }
+
   /// A closure between maps that were appended; weight: how many independent observations it stands for, > 0. Returns its number.
   std::size_t add(const Closure& closure, double weight, ClosureStanding standing, const std::deque<PortMap>& maps);
 

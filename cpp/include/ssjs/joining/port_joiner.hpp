@@ -146,6 +146,7 @@ class PortJoiner {
   void judge_by_the_rest(const std::vector<std::size_t>& closures, JoinReport& report);
   void revise(JoinReport& report);
   void rebuild();
+  void chain_anew();
   void merge_duplicates(const std::vector<int>& among);
   void merge(const Duplicate& duplicate);
   [[nodiscard]] double density_around(int observer, const std::vector<Sighting>& predicted) const;

@@ -19,7 +19,8 @@ class LevelledRecord {
   /// The oldest entries are forgotten where `most_bytes` do not suffice: hours in one map.
   explicit LevelledRecord(std::size_t most_bytes);
 
-  void clear();  ///< keeps the memory
+  void clear();                             ///< keeps the memory
+  void match(const LevelledRecord& other);  ///< memory for as much as `other` has come to
   void predict(const VehicleMatrix& F);
   void update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y, const Eigen::Ref<const Eigen::MatrixXd>& L);
   void add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle);

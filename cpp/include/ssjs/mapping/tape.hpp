@@ -39,6 +39,11 @@ class Tape {
   }
   void clear() { release_before(first_ + reels_.size()); }
 
+  /// So much memory as `other` has come to: what it could hold asks the heap for nothing here either.
+  void match(const Tape& other) {
+    if (items() < other.items()) add_spare(other.items() - items());
+  }
+
  private:
   struct Reel {
     std::unique_ptr<T[]> items;
@@ -55,11 +60,25 @@ class Tape {
       reels_.back().used = 0;
       return;
     }
-    const std::size_t size = std::max(count, items_per_reel_);
-    reels_.push_back({std::make_unique<T[]>(size), size, 0});
-    spare_.reserve(spare_.size() + reels_.size());  // so that clearing asks for nothing
+    // twice as much as before, so that soon no map is larger
+    add_spare(std::max({count, items_per_reel_, std::min(items(), kLargestReel * items_per_reel_)}));
+    reels_.push_back(std::move(spare_.back()));
+    spare_.pop_back();
+  }
+  void add_spare(std::size_t size) {
+    spare_.reserve(spare_.size() + reels_.size() + 1);  // so that clearing asks for nothing
+    reels_.reserve(spare_.size() + reels_.size() + 1);
+    spare_.push_back({std::make_unique<T[]>(size), size, 0});
+  }
+  [[nodiscard]] std::size_t items() const {
+    std::size_t sum = 0;
+    for (const std::vector<Reel>* const reels : {&reels_, &spare_}) {
+      for (const Reel& reel : *reels) sum += reel.size;
+    }
+    return sum;
   }
 
+  static constexpr std::size_t kLargestReel = 64;  ///< in reels of the first size
   std::size_t items_per_reel_;
   std::size_t first_ = 0;  ///< number of the oldest reel
   std::vector<Reel> reels_, spare_;

@@ -229,6 +229,14 @@ void PortJoiner::rebuild() {
   reach_ = std::move(anew);
 }
 
+void PortJoiner::chain_anew() {
+  guard_.forget_maps();
+  for (const PortMap& map : maps_) {
+    const auto k = static_cast<std::size_t>(map.base());
+    guard_.append(map.submap, compass_goes_on_[k], drift_variance_[k]);
+  }
+}
+
 void PortJoiner::revise(JoinReport& report) {
   for (int round = 0; round < kMaxRevisions; ++round) {
     std::set<std::size_t> changed;
