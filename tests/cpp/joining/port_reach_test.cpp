@@ -25,7 +25,8 @@ std::vector<int> by_every_pair(const std::vector<MapExtent>& extents, const Port
     Eigen::Matrix<double, 2, 6> J;
     const Eigen::Matrix<double, 2, 3> J_tau = act_jacobian(tau.i_T_j, own.centroid);
     J << J_tau * tau.J_i, J_tau * tau.J_j;
-    const std::vector<Eigen::Index> both{3 * k, 3 * k + 1, 3 * k + 2, 3 * newest, 3 * newest + 1, 3 * newest + 2};
+    const Eigen::Index of_k = Eigen::Index{3} * k, of_newest = Eigen::Index{3} * newest;
+    const std::vector<Eigen::Index> both{of_k, of_k + 1, of_k + 2, of_newest, of_newest + 1, of_newest + 2};
     const Eigen::Matrix2d P = J * joint(both, both) * J.transpose();
     const double gap_m = (tau.i_T_j * own.centroid - other.centroid).norm() - own.reach_m - other.reach_m;
     if (gap_m <= 3.0 * largest_sigma(P)) others.push_back(k);
