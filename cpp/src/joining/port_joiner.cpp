@@ -406,7 +406,7 @@ void PortJoiner::unite(Sighting a, Sighting b) {
 JoinReport PortJoiner::finish() {
   JoinReport report;
   level_->adjust();
-  judge_by_the_rest(guard_.all_poses(), report);
+  if (guard_.size() > 0) judge_by_the_rest(guard_.poses_near(guard_.size() - 1), report);
   const int before = merged_;
   std::vector<int> all;
   for (const PortMap& map : maps_) all.push_back(map.base());

@@ -94,11 +94,8 @@ JoinReport PortJoiner::propose(const std::vector<Closure>& closures) {
   }
   level_->settle();
   revise(report);
-  std::set<std::size_t> near;
-  for (std::size_t number = first_closure; number < guard_.size(); ++number) {
-    for (const std::size_t pose : guard_.poses_near(number)) near.insert(pose);
-  }
-  judge_by_the_rest({near.begin(), near.end()}, report);
+  const std::size_t last_closure = guard_.size();  // a revision may add pairings
+  for (std::size_t number = first_closure; number < last_closure; ++number) judge_by_the_rest(guard_.poses_near(number), report);
   return report;
 }
 
@@ -122,12 +119,20 @@ std::optional<ClosureFit> PortJoiner::against_the_rest(std::size_t closure) cons
 
 /// Of the closures that stand the worst is refused as long as it is beyond the gate; then those that had been so may come back.
 void PortJoiner::judge_by_the_rest(const std::vector<std::size_t>& closures, JoinReport& report) {
-  if (!config_.closures.enabled) return;
+  if (!config_.closures.enabled || closures.empty()) return;
   std::set<std::size_t> doubted;
   for (const std::size_t closure : closures) {
     if (guard_.is_doubted(closure)) doubted.insert(closure);
   }
+  std::vector<Unknown> bases;  // asked for together, which the level answers at the price of one
+  for (const std::size_t closure : closures) {
+    bases.push_back({UnknownKind::kBase, guard_.closure(closure).from});
+    bases.push_back({UnknownKind::kBase, guard_.closure(closure).to});
+  }
+  std::sort(bases.begin(), bases.end());
+  bases.erase(std::unique(bases.begin(), bases.end()), bases.end());
   while (true) {
+    static_cast<void>(level_->covariance(bases));
     std::optional<std::size_t> worst;
     ClosureFit worst_fit;
     for (const std::size_t closure : closures) {
