@@ -81,7 +81,10 @@ def _yaml(path: Path) -> CameraCalibration:
     class Loader(yaml.SafeLoader):
         """Plain values, and OpenCV's matrices as the mappings that they are."""
 
-    Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", lambda loader, node: loader.construct_mapping(node, deep=True))
+    def mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+        return loader.construct_mapping(node, deep=True)
+
+    Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", mapping)
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -166,7 +169,8 @@ def _bouguet(path: Path) -> CameraCalibration:
     distortion = tuple(values["kc"])
     lens: Lens = "brown" if any(distortion) else "pinhole"
     width, height = (_whole(values[key][0], key, path) for key in ("nx", "ny"))
-    return CameraCalibration(width, height, *values["fc"], *values["cc"], skew, lens, distortion if lens == "brown" else ())
+    (focal_x, focal_y), (centre_x, centre_y) = values["fc"], values["cc"]
+    return CameraCalibration(width, height, focal_x, focal_y, centre_x, centre_y, skew, lens, distortion if lens == "brown" else ())
 
 
 def _numbers(content: Mapping[str, Any], key: str, path: Path, count: int) -> list[float]:
