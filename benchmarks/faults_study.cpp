@@ -53,7 +53,7 @@ void study_faults(const StudyOptions& options) {
       row.recovered_s = std::max(row.recovered_s, *outcome.recovered_s);
       row.closures = std::max(row.closures, outcome.closures_until);
       row.fixes = std::max(row.fixes, outcome.fixes_until);
-      row.within += outcome.closures_until <= 2 || outcome.fixes_until <= 1 ? 1 : 0;
+      row.within += outcome.closures_until <= 2 || outcome.fixes_until == 1 ? 1 : 0;
     }
   }
   std::printf(

@@ -1,9 +1,10 @@
 // A plain mutation fuzzer for compilers without libFuzzer: seeds from a folder, random changes, a fixed seed of the generator.
 //   mutation_driver CORPUS_FOLDER -runs=N [-max_len=BYTES] [-max_total_time=SECONDS] [-seed=N]
-// With -runs=0 the inputs of the folder are run as they are.
+// With -runs=0 the inputs of the folder are run as they are. An input that aborts is left in the file broken_input.
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -20,6 +21,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
+
+Bytes running;  // the input at work, for who wants to see what broke
+
+void keep_input(int signal) {
+  std::ofstream("broken_input", std::ios::binary)
+      .write(reinterpret_cast<const char*>(running.data()), static_cast<std::streamsize>(running.size()));
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
 
 std::uint64_t number_option(int count, char** arguments, const std::string& name, std::uint64_t otherwise) {
   for (int i = 2; i < count; ++i) {
@@ -123,11 +133,15 @@ int main(int count, char** arguments) {
   const auto start = std::chrono::steady_clock::now();
   const auto since = [](auto moment) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - moment).count(); };
   double slowest_s = 0.0;
-  for (const Bytes& seed : seeds) LLVMFuzzerTestOneInput(seed.data(), seed.size());
+  std::signal(SIGABRT, keep_input);
+  for (const Bytes& seed : seeds) {
+    running = seed;
+    LLVMFuzzerTestOneInput(seed.data(), seed.size());
+  }
   for (std::uint64_t run = 0; run < runs; ++run) {
-    const Bytes bytes = mutator.mutate(seeds);
+    running = mutator.mutate(seeds);
     const auto before = std::chrono::steady_clock::now();
-    LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+    LLVMFuzzerTestOneInput(running.data(), running.size());
     slowest_s = std::max(slowest_s, since(before));
     if (longest_s > 0 && since(start) > static_cast<double>(longest_s)) runs = run + 1;
   }

@@ -1,5 +1,6 @@
 #include "ssjs/joining/batch_ports.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,7 +16,7 @@ constexpr int kMaxIterations = 30;
 constexpr int kMaxHalvings = 8;
 constexpr double kTolerance = 1e-12;  // of half chi-squared
 constexpr double kRelativeDecrease = 1e-13;
-// A factor serves on while the unknowns are so near to where it was made: what it says of covariances changes by a thousandth.
+// On the way to the solution a factor serves on while the unknowns are so near to where it was made.
 constexpr double kSteadyTurn_rad = 1e-3;
 constexpr double kSteadyWay_m = 0.1;
 constexpr double kSlowDecrease = 0.1;  // of what the step before promised: the factor is too old
@@ -267,6 +268,7 @@ void BatchPorts::settle() {
   factorized_at_ = values_;
   if (hessian_.rows() == 0) return;
   factorize();
+  bool moved = false;  // since the Hessian was factorised
   double promised_before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Eigen::VectorXd step = hessian_.solve(-gradient_);
@@ -280,16 +282,22 @@ void BatchPorts::settle() {
       cost = linearize(false);
       if (cost <= cost_ * (1.0 + kRelativeDecrease) + kTolerance) break;
     }
+    moved = true;
     if (scale < 1.0 || promised > kSlowDecrease * promised_before || !is_near(factorized_at_)) {
       cost = linearize(true);
       factorize();
       factorized_at_ = values_;
+      moved = false;
     }
     promised_before = promised;
     const double decrease = cost_ - cost;
     cost_ = cost;
     if (std::abs(decrease) <= kTolerance + kRelativeDecrease * cost_) break;
   }
+  if (!moved) return;
+  cost_ = linearize(true);  // covariances are those of the solution
+  factorize();
+  factorized_at_ = values_;
 }
 
 void BatchPorts::adjust() {

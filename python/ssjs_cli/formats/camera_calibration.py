@@ -1,6 +1,6 @@
 """Calibrations of cameras: what OpenCV, ROS, Kalibr and Bouguet's toolbox write, and the file of a mission, which is ROS's.
 
-All of them count pixels from the centre of the top left one, but Bouguet's toolbox is MATLAB's on the outside only: its cc counts from 0 too.
+All of them count pixels from the centre of the top left one, which is (0, 0); Bouguet's toolbox too, though MATLAB counts from 1.
 """
 
 import math
@@ -81,7 +81,10 @@ def _yaml(path: Path) -> CameraCalibration:
     class Loader(yaml.SafeLoader):
         """Plain values, and OpenCV's matrices as the mappings that they are."""
 
-    Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", lambda loader, node: loader.construct_mapping(node, deep=True))
+    def mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+        return loader.construct_mapping(node, deep=True)
+
+    Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", mapping)
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -114,8 +117,12 @@ def _kalibr(camera: Mapping[str, Any], path: Path) -> CameraCalibration:
         raise UserError(f"{path}: camera_model '{model}' is not known here; calibrate with pinhole-radtan or pinhole-equi")
     focal_x, focal_y, centre_x, centre_y = _numbers(camera, "intrinsics", path, 4)
     width, height = _numbers(camera, "resolution", path, 2)
-    lens, distortion = _distortion(str(camera.get("distortion_model", "none")), camera.get("distortion_coeffs", []), "distortion_coeffs", path)
-    return CameraCalibration(_whole(width, "resolution", path), _whole(height, "resolution", path), focal_x, focal_y, centre_x, centre_y, 0.0, lens, distortion)
+    lens, distortion = _distortion(
+        str(camera.get("distortion_model", "none")), camera.get("distortion_coeffs", []), "distortion_coeffs", path
+    )
+    return CameraCalibration(
+        _whole(width, "resolution", path), _whole(height, "resolution", path), focal_x, focal_y, centre_x, centre_y, 0.0, lens, distortion
+    )
 
 
 def _matrices(content: Mapping[str, Any], path: Path) -> CameraCalibration:
@@ -150,15 +157,20 @@ def _bouguet(path: Path) -> CameraCalibration:
         raise
     except Exception as error:  # whatever the reader meets in a damaged file
         raise UserError(f"{path}: is not a MATLAB file, or damaged ({' '.join(str(error).split())}); save the calibration again") from error
-    values = {key: [float(x) for x in value.ravel()] for key, value in content.items() if not key.startswith("_") and value.dtype.kind in "fiu"}
+    values = {
+        key: [float(x) for x in value.ravel()] for key, value in content.items() if not key.startswith("_") and value.dtype.kind in "fiu"
+    }
     for key, count in (("fc", 2), ("cc", 2), ("kc", 5), ("nx", 1), ("ny", 1)):
         if len(values.get(key, [])) != count:
-            raise UserError(f"{path}: {key} is missing or not of {count} numbers; a Calib_Results.mat of Bouguet's toolbox has fc, cc, kc, nx, ny")
+            raise UserError(
+                f"{path}: {key} is missing or not of {count} numbers; a Calib_Results.mat of Bouguet's toolbox has fc, cc, kc, nx, ny"
+            )
     skew = values.get("alpha_c", [0.0])[0] * values["fc"][0]
     distortion = tuple(values["kc"])
     lens: Lens = "brown" if any(distortion) else "pinhole"
     width, height = (_whole(values[key][0], key, path) for key in ("nx", "ny"))
-    return CameraCalibration(width, height, *values["fc"], *values["cc"], skew, lens, distortion if lens == "brown" else ())
+    (focal_x, focal_y), (centre_x, centre_y) = values["fc"], values["cc"]
+    return CameraCalibration(width, height, focal_x, focal_y, centre_x, centre_y, skew, lens, distortion if lens == "brown" else ())
 
 
 def _numbers(content: Mapping[str, Any], key: str, path: Path, count: int) -> list[float]:

@@ -46,8 +46,7 @@ def carry_out(
     finished: int = 0,
 ) -> CarriedOut:
     """Each end of a run is stored at once, so that an interruption loses only what is under way. Runs that failed for a reason which
-    may pass are not stored: the next call tries them again. finished: how many others
-    the caller knows to be finished."""
+    may pass are not stored: the next call tries them again. finished: how many others the caller knows to be finished."""
     by_key = {run.key: run for run in runs}
     done = CarriedOut()
     for key, record in folder.finished(by_key).items():

@@ -115,7 +115,7 @@ TEST_P(Checkpoint, AtEveryStage) {
     } else if (!joining && status.submaps == 3) {  // just closed: what its join finds is taken over later
       joining = true;
       EXPECT_EQ(end_of(*restored(survey), i + 1), end);
-    } else if (!joined && status.submaps >= 4 && i == closed_at + 300) {
+    } else if (!joined && status.submaps >= 4 && i == closed_at + 120) {  // 12 s later: taken over, where that takes 5 s
       joined = true;
       EXPECT_EQ(end_of(*restored(survey), i + 1), end);
     }

@@ -243,9 +243,10 @@ std::pair<int, int> merged_by_chance(const SeasonConfig& config) {
 TEST(Season, W5_ForeignLandmarksAreNotAligned) {
   SeasonConfig anything;
   anything.max_chance_alignments = 1e9;
-  EXPECT_GT(merged_by_chance(anything).second, 20);  // joint compatibility and the odds of single pairs find something nearly always
+  EXPECT_GT(merged_by_chance(anything).second, 10);  // joint compatibility and the odds of single pairs find something in every second
   const auto [contacts, seasons] = merged_by_chance(SeasonConfig{});
   RecordProperty("contacts", contacts);
+  RecordProperty("seasons", seasons);
   EXPECT_LE(seasons, 2);
 }
 

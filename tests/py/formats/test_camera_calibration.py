@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import savemat
+
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.camera_calibration import CameraCalibration, calibration_text, read_calibration
 
@@ -83,7 +84,10 @@ def test_bouguet(tmp_path: Path) -> None:
         (OPENCV.replace("image_width: 320\n", ""), "image_width"),
         (OPENCV.replace("image_width: 320", "image_width: -320"), "width_px"),
         (OPENCV.replace("405.5, 0., 161.25", "405.5, 0."), "9 numbers"),
-        (OPENCV.replace("405.5, 0., 161.25, 0., 404.5, 118.75, 0., 0., 1.", "405.5, 0., 0., 0., 404.5, 0., 161.25, 118.75, 1."), "row by row"),
+        (
+            OPENCV.replace("405.5, 0., 161.25, 0., 404.5, 118.75, 0., 0., 1.", "405.5, 0., 0., 0., 404.5, 0., 161.25, 118.75, 1."),
+            "row by row",
+        ),
         (OPENCV.replace("405.5", ".nan"), "focal_x_px"),
         (OPENCV.replace("2.e-02 ]", "2.e-02, 0.1, 0., 0. ]"), "first 5"),
         (OPENCV.replace("-2.5e-01", "-9.0"), "folds"),
@@ -94,16 +98,16 @@ def test_bouguet(tmp_path: Path) -> None:
 )
 def test_what_is_wrong_is_named(tmp_path: Path, text: str, words: str) -> None:
     path = written(tmp_path, text)
-    with pytest.raises(UserError, match="camera.yaml") as raised:
+    with pytest.raises(UserError, match=r"camera\.yaml") as raised:
         read_calibration(path)
     assert words in str(raised.value)
 
 
 def test_other_files(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="missing.yaml"):
+    with pytest.raises(UserError, match=r"missing\.yaml"):
         read_calibration(tmp_path / "missing.yaml")
     (tmp_path / "a.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
-    with pytest.raises(UserError, match="a.mat"):
+    with pytest.raises(UserError, match=r"a\.mat"):
         read_calibration(tmp_path / "a.mat")
     (tmp_path / "a.yaml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UserError, match="UTF-8"):

@@ -26,9 +26,9 @@ class BatchPorts final : public PortLevel {
   void free_start(const StartPrior& prior) override;
   void fix(const FixFactor& fix) override;
   void loosen(const PortMap& map) override { set_factor(map, {}); }
-  /// Steps are halved while they do not reduce the cost; it ends where a step promises less than 1e-12 of half chi-squared. The Hessian is
-  /// factorised anew where a base turned by more than 1 mrad or moved by more than 0.1 m since, or steps get hardly smaller: near its
-  /// solution a factor of nearby serves as well.
+  /// Steps are halved while they do not reduce the cost; it ends where a step promises less than 1e-12 of half chi-squared. On the way the
+  /// Hessian is factorised anew where a base turned by more than 1 mrad or moved by more than 0.1 m since, or steps get hardly smaller; in
+  /// the end once more at the solution.
   void settle() override;
   void adjust() override;
 
