@@ -25,7 +25,7 @@ set(ssjs_watched_sources
     geometry/gaussian geometry/point_grid geometry/se2 geometry/se3 sensors/ackerman sensors/constant_velocity sensors/navigation_sensors
     sensors/range_bearing sensors/side_scan features/navigation_tick association/compatibility association/joint_compatibility
     association/joint_factor association/nearest_neighbour filter/ekf filter/levelled_filter filter/map_state filter/symmetric_update
-    filter/whitening mapping/levelled_builder mapping/levelled_journal mapping/levelled_record mapping/sighting_association
+    filter/whitening mapping/base_fix mapping/levelled_builder mapping/levelled_journal mapping/levelled_record mapping/sighting_association
     mapping/split_policy simulation/auv_survey simulation/route)
 list(TRANSFORM ssjs_watched_sources PREPEND "${PROJECT_SOURCE_DIR}/cpp/src/")
 list(TRANSFORM ssjs_watched_sources APPEND ".cpp")

@@ -26,6 +26,7 @@ constexpr double kSilenceS = 5.0;             // without any sample, and ten tim
 constexpr double kUnusual = 10.0;
 constexpr double kSteepest = 1.4;      // rad of pitch, beyond which attitude has no derivatives and no such vehicle goes
 constexpr double kForgottenS = 900.0;  // ... and after this nothing of it is known
+constexpr double kLongestS = 1e6;      // no vehicle is under way for longer; squares of more leave a covariance no digits
 constexpr std::size_t kInitialSightings = 1024;
 constexpr std::size_t kBlocksOfATick = 16;     // sensors and sightings; more is a one-time growth
 constexpr Eigen::Index kInitialCapacity = 32;  // landmarks of a map without a limit; grows when a map does
@@ -225,7 +226,7 @@ void LevelledBuilder::level_again() {
 
 void LevelledBuilder::forget_until(double time_s) {
   const LevelledStartConfig& config = config_.start;
-  const double gap_s = time_s - time_s_;
+  const double gap_s = std::min(time_s - time_s_, kLongestS);
   VehiclePrediction lost{filter_.vehicle(), VehicleMatrix::Identity(), VehicleMatrix::Zero()};
   const auto anew = [&](Eigen::Index first, Eigen::Index count, double value, double sigma) {
     lost.F.middleRows(first, count).setZero();

@@ -18,12 +18,12 @@ constexpr std::size_t kBefore = 20000, kAfter = 1000;
 
 class Restore : public ::testing::Test {
  protected:
-  void feed(online::Estimator& estimator, std::size_t begin, std::size_t end) const {
-    for (std::size_t i = begin; i < end; ++i) ASSERT_EQ(testing::feed(estimator, samples[i].sample), online::Arrival::kTaken);
+  void feed(online::Estimator& fed, std::size_t begin, std::size_t end) const {
+    for (std::size_t i = begin; i < end; ++i) ASSERT_EQ(testing::feed(fed, samples[i].sample), online::Arrival::kTaken);
   }
-  [[nodiscard]] static std::string bytes_of(online::Estimator& estimator) {
-    std::string bytes(estimator.checkpoint(nullptr, 0), '\0');
-    EXPECT_EQ(estimator.checkpoint(bytes.data(), bytes.size()), bytes.size());
+  [[nodiscard]] static std::string bytes_of(online::Estimator& asked) {
+    std::string bytes(asked.checkpoint(nullptr, 0), '\0');
+    EXPECT_EQ(asked.checkpoint(bytes.data(), bytes.size()), bytes.size());
     return bytes;
   }
 
