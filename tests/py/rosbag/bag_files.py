@@ -136,7 +136,9 @@ def dive(kind: str, seconds: int = 20) -> Iterator[Stamped]:
         late_ns = time_ns + 30_000_000
         yield "/imu/data", "sensor_msgs/msg/Imu", late_ns, make.imu(time_ns, angles_at(step), (0.001, -0.002, 0.02))
         if step % 2 == 0:
-            yield "/dvl/twist", "geometry_msgs/msg/TwistWithCovarianceStamped", late_ns, make.twist(time_ns, (1.5, 0.1, -0.05))
+            noise_m_s = 0.001 * (0, 1, -1)[step // 2 % 3]  # a log that says the same for ever hangs
+            velocity = (1.5 + noise_m_s, 0.1, -0.05)
+            yield "/dvl/twist", "geometry_msgs/msg/TwistWithCovarianceStamped", late_ns, make.twist(time_ns, velocity)
             yield "/altimeter", "sensor_msgs/msg/Range", late_ns, make.range(time_ns, 9.0 if step % 20 else 60.0)
         yield "/pressure", "sensor_msgs/msg/FluidPressure", late_ns, make.pressure(time_ns, 101_325.0 + 7.0 * 1025.0 * 9.80665)
         if step % 10 == 0:
