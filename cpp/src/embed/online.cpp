@@ -89,7 +89,7 @@ class Estimator::Inside {
   /// `maker`'s survey, or nothing and its complaint.
   template <class Maker>
   Inside* another(const Maker& maker) noexcept {
-    return guarded(static_cast<Inside*>(nullptr), [&] { return new Inside(maker()); });
+    return guarded(static_cast<Inside*>(nullptr), [&] { return std::make_unique<Inside>(maker()).release(); });
   }
 
  private:

@@ -391,8 +391,8 @@ std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmark
   now.new_landmarks = new_landmarks;
   const VehicleVector x = filter_.vehicle();
   const VehicleMatrix P = filter_.vehicle_covariance();
-  constexpr std::array<Eigen::Index, 3> planar{0, 1, 5};
-  now.submap_T_vehicle = {Se2::from_vector(x(planar)), P(planar, planar)};
+  constexpr std::array<Eigen::Index, 3> kPlanar{0, 1, 5};
+  now.submap_T_vehicle = {Se2::from_vector(x(kPlanar)), P(kPlanar, kPlanar)};
   now.distance_m = distance_m_;
   now.duration_s = time_s_ - start_time_s_;
   if (auto reason = reason_to_close(now, config_.split.policy)) return reason;

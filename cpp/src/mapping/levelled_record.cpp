@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <bitset>
+#include <cmath>
 #include <cstdint>
-#include <cstring>
 
 #include "ssjs/base/angle.hpp"
 
@@ -280,14 +280,14 @@ void LevelledRecord::archive_entry(Archive& a, Entry& entry) {
 
 /// A motion leaves most of the state as it is: what is not as in the identity, each with its place.
 void LevelledRecord::archive_motion(Archive& a, Tape<double>::Piece& piece) {
-  static const VehicleMatrix kNone = VehicleMatrix::Identity();
-  const auto is_none = [&](std::size_t i) { return std::memcmp(piece.items + i, kNone.data() + i, sizeof(double)) == 0; };
+  static const VehicleMatrix none = VehicleMatrix::Identity();
+  const auto is_none = [&](std::size_t i) { return piece.items[i] == none.data()[i] && !std::signbit(piece.items[i]); };
   std::array<std::uint32_t, (kVehicle * kVehicle + 31) / 32> moved{};  // a bit a coefficient
   std::array<double, kVehicle * kVehicle> values{};
   std::size_t count = 0;
   if (a.reading()) {
-    piece = numbers_.append(static_cast<std::size_t>(kNone.size()));
-    std::copy_n(kNone.data(), kNone.size(), piece.items);
+    piece = numbers_.append(static_cast<std::size_t>(none.size()));
+    std::copy_n(none.data(), none.size(), piece.items);
   } else {
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (is_none(i)) continue;

@@ -76,7 +76,7 @@ cv::Mat hue_regions(const cv::Mat& colour, const RegionOfInterestConfig& config)
   double saturation = 0.0;
   for (int r = 0; r < colour.rows; ++r) {
     for (int c = 0; c < colour.cols; ++c) {
-      const cv::Vec3b rgb = colour.at<cv::Vec3b>(r, c);
+      const cv::Vec3b& rgb = colour.at<cv::Vec3b>(r, c);
       const float value = std::max({rgb[0], rgb[1], rgb[2], static_cast<unsigned char>(1)});
       cosine.at<float>(r, c) = (static_cast<float>(rgb[0]) - 0.5F * static_cast<float>(rgb[1] + rgb[2])) / value;
       sine.at<float>(r, c) = 0.8660254F * static_cast<float>(rgb[1] - rgb[2]) / value;

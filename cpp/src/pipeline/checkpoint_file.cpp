@@ -71,7 +71,12 @@ void check_header(const Json& header, const CheckpointOwner& owner, const std::s
   const Json& configuration = header["configuration"];
   for (const auto& [key, value] : owner.configuration) {
     if (text_in(configuration, key) != value)
-      fail("was made with another configuration: " + key + " = " + text_in(configuration, key) + ", here it is " + value);
+      fail(std::string("was made with another configuration: ")
+               .append(key)
+               .append(" = ")
+               .append(text_in(configuration, key))
+               .append(", here it is ")
+               .append(value));
   }
   for (const auto& [key, value] : configuration.items()) {
     const auto known = [&, &name = key](const auto& field) { return field.first == name; };

@@ -9,18 +9,18 @@
 namespace ssjs {
 
 SurveyStep vehicle_in_world(const GaussianSe2& global_T_base, const VehicleVector& vehicle, const Matrix6d& covariance, double time_s) {
-  constexpr std::array<Eigen::Index, 3> planar{0, 1, 5};
-  const Se2 base_T_vehicle = Se2::from_vector(vehicle(planar));
+  constexpr std::array<Eigen::Index, 3> kPlanar{0, 1, 5};
+  const Se2 base_T_vehicle = Se2::from_vector(vehicle(kPlanar));
   const Se2 global = global_T_base.mean * base_T_vehicle;
   Matrix6d J = Matrix6d::Identity();
   J.topLeftCorner<2, 2>() = global_T_base.mean.rotation();
   SurveyStep step;
   step.time_s = time_s;
   step.global_T_vehicle = vehicle.head<6>();
-  step.global_T_vehicle(planar) = global.vector();
+  step.global_T_vehicle(kPlanar) = global.vector();
   step.covariance = J * covariance * J.transpose();
   const Eigen::Matrix3d J_base = compose_jacobian_left(global_T_base.mean, base_T_vehicle);
-  step.covariance(planar, planar) += J_base * global_T_base.covariance * J_base.transpose();
+  step.covariance(kPlanar, kPlanar) += J_base * global_T_base.covariance * J_base.transpose();
   return step;
 }
 

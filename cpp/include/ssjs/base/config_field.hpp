@@ -47,7 +47,7 @@ using Choices = std::vector<std::pair<std::string, Enum>>;
 
 /// What every visitor has: nested stages, whose keys are prefixed with their name and a dot.
 template <class Visitor>
-class NestedVisitor {
+class NestedVisitor {  // NOLINT(bugprone-crtp-constructor-accessibility)
  public:
   template <class Config>
   void section(std::string_view name, Config& config, std::string_view) {

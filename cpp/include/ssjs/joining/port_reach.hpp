@@ -32,8 +32,8 @@ class PortReach {
   void add(const MapExtent& extent, const PortKnowledge& level);
   /// The maps before the newest that it may have landmarks in common with (J-6), ascending.
   [[nodiscard]] std::vector<int> of_newest(const PortKnowledge& level) const { return before(static_cast<int>(maps()) - 1, level); }
-  /// The same of an older map.
-  [[nodiscard]] std::vector<int> before(int map, const PortKnowledge& level) const;
+  /// The same of an older map, as if it were the newest.
+  [[nodiscard]] std::vector<int> before(int newest, const PortKnowledge& level) const;
 
   [[nodiscard]] const MapExtent& extent(int map) const { return extents_[static_cast<std::size_t>(map)]; }
 

@@ -88,7 +88,7 @@ class LevelledPipeline {
   explicit LevelledPipeline(const LevelledConfig& config, std::uint64_t seed = 1);
 
   /// Times must not decrease and values must be finite: otherwise InvalidArgument.
-  LevelledReport feed(const NavigationTick& tick);
+  LevelledReport feed(const NavigationTick& arrived);
 
   [[nodiscard]] SurveyStep global_T_vehicle() const;
   [[nodiscard]] const Se3& dead_reckoning() const { return dead_reckoning_.start_T_vehicle(); }

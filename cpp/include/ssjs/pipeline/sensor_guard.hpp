@@ -53,7 +53,7 @@ class SensorGuard {
   explicit SensorGuard(const GuardConfig& config);
 
   /// The tick less what is not believed, until the next call. Times must not decrease.
-  [[nodiscard]] const NavigationTick& pass(const NavigationTick& tick);
+  [[nodiscard]] const NavigationTick& pass(const NavigationTick& arrived);
 
   [[nodiscard]] SampleFault fault(NavigationSensor sensor) const { return watched_[index(sensor)].fault; }
   [[nodiscard]] std::int64_t refused(NavigationSensor sensor) const { return watched_[index(sensor)].refused; }
