@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
@@ -309,10 +310,13 @@ void BatchPorts::look_up(const std::vector<Unknown>& unknowns) const {
   AtHand& hand = at_hand_;
   bool all_there = hand.covariance.size() > 0;
   for (const Unknown& unknown : unknowns) {
-    if (!is_fixed(unknown)) all_there = !hand.rows.emplace(unknown, 0).second && all_there;
+    if (is_fixed(unknown)) continue;
+    const auto [place, is_new] = hand.rows.emplace(unknown, 0);
+    all_there = all_there && !is_new && place->second + free_rows(unknown).second <= hand.covariance.rows();
   }
   if (all_there || hand.rows.empty()) return;
-  if (is_adjusted_) {  // the whole survey is told, map after map
+  hand.covariance.resize(0, 0);  // until the new one is there, lest a failure leaves rows without it
+  if (is_adjusted_) {            // the whole survey is told, map after map
     hand.rows.clear();
     for (const Unknown& unknown : unknowns) {
       if (!is_fixed(unknown)) hand.rows.emplace(unknown, 0);
@@ -325,7 +329,10 @@ void BatchPorts::look_up(const std::vector<Unknown>& unknowns) const {
     first = row;
     row += free_rows(unknown).second;
   }
-  hand.covariance = hessian_.joint_inverse(slots);
+  Eigen::MatrixXd covariance = hessian_.joint_inverse(slots);
+  if (covariance.rows() != row)
+    throw InvalidArgument("covariance", "changed level", "is there once the level has settled after its last change");
+  hand.covariance = std::move(covariance);
 }
 
 Eigen::MatrixXd BatchPorts::covariance(const std::vector<Unknown>& unknowns) const {
