@@ -1,0 +1,118 @@
+// Planar motion from frames alone: tracks of keypoints, lengths of pixels, increments, frames that may show the same ground.
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <array>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "columns.hpp"
+#include "config.hpp"
+#include "parts.hpp"
+#include "ssjs/optical/keypoint_tracks.hpp"
+#include "ssjs/survey/visual_odometry.hpp"
+
+namespace ssjs::bindings {
+namespace {
+
+using PointRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Keys as a configuration file of the command line has them, beside those of the frames.
+struct VisualOdometrySettings {
+  VisualOdometryConfig odometry;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.section("frames", odometry, "motion from frames alone");
+  }
+};
+
+VisualOdometryConfig checked_config(const py::dict& values) {
+  auto settings = config_from<VisualOdometrySettings>(values);
+  throw_if_any(violations(settings));
+  return settings.odometry;
+}
+
+/// Frames (first, second) and their matched pixels (n, 2) in whole-frame coordinates -> columns from the middle of the frame.
+std::vector<MatchedFrames> matched_frames(const std::vector<std::tuple<int, int, PointRows, PointRows>>& pairs, int frames, int width_px,
+                                          int height_px) {
+  const Eigen::Vector2d middle(0.5 * (width_px - 1), 0.5 * (height_px - 1));
+  std::vector<MatchedFrames> matched;
+  for (const auto& [first, second, first_px, second_px] : pairs) {
+    if (first < 0 || second < 0 || first >= frames || second >= frames || first == second) {
+      throw InvalidArgument("pairs", second, "must be of two of the frames");
+    }
+    if (first_px.rows() != second_px.rows()) {
+      throw InvalidArgument("second_px", static_cast<int>(second_px.rows()), "must be as many as in the first");
+    }
+    matched.push_back({first, second, first_px.transpose().colwise() - middle, second_px.transpose().colwise() - middle});
+  }
+  return matched;
+}
+
+py::dict increments_table(const std::vector<GaussianSe2>& increments, const std::vector<std::optional<GaussianSe2>>& motions) {
+  const auto n = static_cast<Eigen::Index>(increments.size());
+  RowMatrix motion(n, 3), covariance(n, 6);
+  std::vector<bool> registered;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const GaussianSe2& increment = increments[static_cast<std::size_t>(i)];
+    const Eigen::Matrix3d& P = increment.covariance;
+    motion.row(i) = increment.mean.vector();
+    covariance.row(i) << P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2);
+    registered.push_back(motions[static_cast<std::size_t>(i)].has_value());
+  }
+  py::dict table;
+  table["motion"] = motion;
+  table["covariance"] = covariance;
+  table["registered"] = registered;
+  return table;
+}
+
+}  // namespace
+
+void add_visual_odometry(py::module_& module) {
+  module.def(
+      "visual_odometry_fields", [] { return fields_of<VisualOdometrySettings>(); },
+      "Settings of the motion from frames alone, as config_fields() lists those of the estimator.");
+  module.def(
+      "keypoint_tracks",
+      [](const std::vector<int>& counts, const std::vector<std::tuple<int, int, std::vector<std::array<int, 2>>>>& links) {
+        std::vector<FrameLink> matched;
+        for (const auto& [first, second, rows] : links) matched.push_back({first, second, rows});
+        return keypoint_tracks(counts, matched);
+      },
+      py::arg("counts"), py::arg("links"),
+      "By frame and keypoint the number of its track, -1 where it has none. links: (first, second, rows).");
+  module.def("chosen_tracks", &chosen_tracks, py::arg("tracks"), py::arg("per_frame"), "The tracks over most frames, so many a frame.");
+  module.def(
+      "pixel_lengths",
+      [](const py::dict& config, int frames, const std::vector<std::tuple<int, int, PointRows, PointRows>>& pairs, int width_px,
+         int height_px) {
+        return pixel_lengths(frames, matched_frames(pairs, frames, width_px, height_px), width_px, checked_config(config));
+      },
+      py::arg("config"), py::arg("frames"), py::arg("pairs"), py::arg("width_px"), py::arg("height_px"),
+      "Length of a pixel of every frame on the ground. pairs: (first, second, first_px (n, 2), second_px (n, 2)), lens corrected.");
+  module.def(
+      "frame_increments",
+      [](const py::dict& config, const Eigen::VectorXd& time_s, const Eigen::VectorXd& pixel_length,
+         const std::vector<std::tuple<int, int, PointRows, PointRows>>& pairs, int width_px, int height_px) {
+        const VisualOdometryConfig odometry = checked_config(config);
+        const auto frames = static_cast<int>(time_s.size());
+        if (frames < 2 || pixel_length.size() != time_s.size()) {
+          throw InvalidArgument("pixel_length", static_cast<int>(pixel_length.size()), "must be one for each of two frames or more");
+        }
+        std::vector<std::optional<GaussianSe2>> motions(static_cast<std::size_t>(frames) - 1);
+        for (const MatchedFrames& pair : matched_frames(pairs, frames, width_px, height_px)) {
+          if (pair.second != pair.first + 1) throw InvalidArgument("pairs", pair.second, "must be of frames that follow each other");
+          motions[static_cast<std::size_t>(pair.first)] = frame_motion(pair, pixel_length, odometry);
+        }
+        return increments_table(bridged(motions, time_s, odometry), motions);
+      },
+      py::arg("config"), py::arg("time_s"), py::arg("pixel_length"), py::arg("pairs"), py::arg("width_px"), py::arg("height_px"),
+      "motion (n - 1, 3), covariance (n - 1, 6) and whether it was registered, from every frame to the next.");
+}
+
+}  // namespace ssjs::bindings
