@@ -122,7 +122,7 @@ def evaluate(estimate: Estimate, reference: Reference) -> Evaluation:
             moved_reference = [track.time_s, *_into_estimate_frame(track.position, reference_T_estimate).T]
     truth_T_estimate = reference_T_estimate
     if reference.truth is not None and errors is not None:
-        truth_T_estimate = start_frame(final, reference.truth, description.max_gap_s, reference_T_estimate)
+        truth_T_estimate = judged_frame(estimate, reference.truth, description.max_gap_s, reference_T_estimate)
         nees = _pose_nees(summary, final, final_covariance, estimate.update_time_s, reference.truth, truth_T_estimate, description)
         for prefix, series, covariance in (("", final, final_covariance), ("online_", online, online_covariance)):
             judged = position_consistency(series, covariance, reference.truth, truth_T_estimate, description.max_gap_s)
@@ -282,9 +282,13 @@ def _depth_inside(estimate: Estimate, truth: PoseSeries) -> float | None:
     return float((error_m**2 <= BOUND_SIGMAS**2 * variance_m2[rows]).mean())
 
 
-def start_frame(series: PoseSeries, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:
-    """truth_T_estimate from the first pose that the truth covers. The estimate's covariance is that about its own start, so a
-    NEES is judged there; a least-squares alignment would move errors from the end of the mission to its start."""
+def judged_frame(estimate: Estimate, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:
+    """truth_T_estimate in which errors are compared with the covariances claimed. An estimate that is exact at its start has covariances
+    about that start and is judged from the first pose that the truth covers: a least-squares alignment would move errors from the end of
+    the mission to its start. One whose start is uncertain is in a world that something else defines, position fixes for one: `otherwise`."""
+    if estimate.bases is not None and len(estimate.bases.covariance) and estimate.bases.covariance[0].any():
+        return otherwise
+    series, _ = last_of_each_time(estimate.final, estimate.final_covariance)
     start_errors, rows = _pose_errors(series, truth, np.zeros(3), max_gap_s)
     if len(rows) == 0:
         return otherwise

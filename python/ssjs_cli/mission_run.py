@@ -38,7 +38,7 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import Evaluation, evaluate
 from ssjs_cli.formats.atomic import check_replaceable, new_directory
 from ssjs_cli.formats.mission import MISSION_FILE, Mission, Observations, Odometry, input_digests, mission_directory, read_mission
-from ssjs_cli.formats.navigation import POSITION_FIXES_FILE
+from ssjs_cli.formats.navigation import IMU_FILE, POSITION_FIXES_FILE
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import (
     CONFIG_FILE,
@@ -167,6 +167,10 @@ def refuse_planar_options(request: RunRequest, directory: Path) -> None:
 
 def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[str]) -> Any:
     """The records of a mission as the estimator takes them."""
+    if mission.has_frames_alone:
+        raise UserError(
+            f"{directory}: holds frames and no {IMU_FILE}; give what the vehicle measures of itself beside them (attitude at least)"
+        )
     if mission.odometry is None:
         return build_navigation_log(mission, directory, lost)
     kind = settings.values[VEHICLE_KEY]

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ssjs_cli.errors import UserError
+from ssjs_cli.formats.frames import FRAME_INDEX_FILE, FRAMES_FOLDER
 from ssjs_cli.formats.mission import OBSERVATIONS_FILE, Mission
 from ssjs_cli.formats.navigation import ALTITUDE_FILE, DEPTH_FILE, DVL_FILE, IMU_FILE, POSITION_FIXES_FILE, UnderwaterNavigation
 from ssjs_cli.formats.number_table import FloatArray, NumberTable
@@ -45,6 +46,7 @@ def _series(mission: Mission, navigation: UnderwaterNavigation) -> list[Series]:
         (ALTITUDE_FILE, navigation.altitude),
         (POSITION_FIXES_FILE, navigation.fixes),
         (OBSERVATIONS_FILE, mission.points),
+        (f"{FRAMES_FOLDER}/{FRAME_INDEX_FILE}", mission.frames),
     )
     return [(name, part.time_s) for name, part in parts if part is not None]
 

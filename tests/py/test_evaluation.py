@@ -167,6 +167,21 @@ def test_nees_is_judged_from_the_start_whatever_the_alignment() -> None:
         assert evaluation.summary["nees_mean"] == pytest.approx(0.0, abs=1e-6)
 
 
+def test_an_uncertain_start_is_not_moved_to_the_truth() -> None:
+    # Position fixes put the whole mission 0.1 m (1 sigma) off; the start is as wrong as the rest, in heading by 2 sigma besides. Moved
+    # there, the end would be 10 m * 0.02 rad = 0.2 m = 1 sigma off to the side.
+    pose = STRAIGHT + np.array([0.1, 0.0, 0.0])
+    pose[0, 2] = 0.02
+    first = np.array([[0.01, 0, 0, 0.04, 0, 1e-4]])
+    bases = Bases(np.array([0.0]), pose[:1], first, None)
+    reference = Reference(ReferenceDescription(alignment="none"), truth=PoseSeries(TIMES, STRAIGHT))
+    evaluation = evaluate(estimate_of(pose, bases=bases), reference)
+    assert evaluation.nees is not None
+    assert evaluation.nees[1].tolist() == pytest.approx([5.0] + [1.0] * 10)
+    assert evaluation.summary["nees_base_mean"] == pytest.approx(5.0)
+    assert evaluation.summary["nees_position_per_dof"] == pytest.approx(0.5)
+
+
 def test_base_nees_leaves_out_the_exact_first_base() -> None:
     joint = np.zeros((9, 9))
     joint[3:6, 3:6] = joint[6:9, 6:9] = np.diag([0.01, 0.04, 1e-4])

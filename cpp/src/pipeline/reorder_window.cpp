@@ -1,5 +1,6 @@
 #include "ssjs/pipeline/reorder_window.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -10,21 +11,28 @@
 namespace ssjs {
 namespace {
 
-bool is_usable(const PositionFix& fix) {
-  const Eigen::Matrix2d& R = fix.covariance;
-  return fix.world_p_vehicle.allFinite() && R.allFinite() && R(0, 0) > 0.0 && R.determinant() > 0.0;
+/// Of anything else the filter would make a state that is known better than perfectly.
+template <class Matrix>
+bool is_covariance(const Matrix& R) {
+  const bool symmetric = (R - R.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * R.cwiseAbs().maxCoeff();  // false where it is not finite
+  return symmetric && R.llt().info() == Eigen::Success;
 }
+
+bool is_usable(const PositionFix& fix) { return fix.world_p_vehicle.allFinite() && is_covariance(fix.covariance); }
+
+bool is_usable(const SideScanSighting& sighting) {
+  return sighting.vehicle_p_point.allFinite() && (!sighting.covariance || is_covariance(*sighting.covariance));
+}
+
 constexpr std::size_t kSightingsExpected = 4;  // of one time; more is a one-time growth
 
-bool is_finite(const NavigationTick& tick) {
+bool is_usable(const NavigationTick& tick) {
   const auto scalar = [](const std::optional<double>& value) { return !value || std::isfinite(*value); };
-  const auto sighting = [](const SideScanSighting& s) {
-    return s.vehicle_p_point.allFinite() && (!s.covariance || s.covariance->allFinite());
-  };
   return std::isfinite(tick.time_s) && (!tick.gyro_rad_s || tick.gyro_rad_s->allFinite()) &&
          (!tick.roll_pitch_rad || tick.roll_pitch_rad->allFinite()) && scalar(tick.compass_rad) && scalar(tick.depth_m) &&
          scalar(tick.altitude_m) && (!tick.velocity || (tick.velocity->velocity_m_s.allFinite() && scalar(tick.velocity->sigma_m_s))) &&
-         (!tick.fix || is_usable(*tick.fix)) && std::all_of(tick.sightings.begin(), tick.sightings.end(), sighting);
+         (!tick.fix || is_usable(*tick.fix)) &&
+         std::all_of(tick.sightings.begin(), tick.sightings.end(), [](const SideScanSighting& sighting) { return is_usable(sighting); });
 }
 
 /// A bit for each navigation sensor that speaks; sightings and fixes come from slower machines and say nothing of the clock.
@@ -82,7 +90,7 @@ void ReorderWindow::set_clock(double by_s) {
 }
 
 Arrival ReorderWindow::put(const NavigationTick& tick) {
-  if (!is_finite(tick)) return Arrival::kNotFinite;
+  if (!is_usable(tick)) return Arrival::kNotFinite;
   double time_s = tick.time_s + offset_s_;
   const std::optional<double> newest_before = newest_s_;
   if (is_jump(time_s)) return Arrival::kClockJump;

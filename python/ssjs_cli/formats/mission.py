@@ -15,7 +15,18 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.atomic import holds_only
+from ssjs_cli.formats.camera_calibration import calibration_text
 from ssjs_cli.formats.file_digest import file_digest
+from ssjs_cli.formats.frames import (
+    CALIBRATION_FILE,
+    FRAME_INDEX_FILE,
+    FRAMES_FOLDER,
+    FrameIndex,
+    frame_digests,
+    index_text,
+    outline_frames,
+    read_frames,
+)
 from ssjs_cli.formats.navigation import (
     NAVIGATION_FILES,
     POSITION_FIXES_FILE,
@@ -231,8 +242,8 @@ class Reference:
 
 @dataclass(frozen=True)
 class Mission:
-    """A planar vehicle has odometry; an underwater one may have navigation instead. `recording` writes the sonar logs of a mission that
-    is not on disk yet into the folder it is given."""
+    """A planar vehicle has odometry; an underwater one may have navigation instead, or the frames of a camera alone. `recording` writes the
+    sonar logs of a mission that is not on disk yet into the folder it is given; `photographs` the pictures of its frames."""
 
     name: str
     odometry: Odometry | None = None
@@ -244,6 +255,8 @@ class Mission:
     points: BodyPoints | None = None
     sonar_logs: Sequence[Path] = ()
     recording: Callable[[Path], None] | None = None
+    frames: FrameIndex | None = None
+    photographs: Callable[[Path], None] | None = None
     navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
@@ -252,15 +265,22 @@ class Mission:
 
     @property
     def has_observations(self) -> bool:
-        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points))
+        return any(records is not None for records in (self.observations, self.scans, self.sonar_hits, self.points, self.frames))
+
+    @property
+    def has_frames_alone(self) -> bool:
+        """A camera, and nothing that tells of the vehicle's motion but its pictures."""
+        return self.frames is not None and self.odometry is None and self.navigation is None
 
     @property
     def time_s(self) -> FloatArray:
-        """Of the records that span the mission: the odometry, or the attitude of an underwater vehicle."""
+        """Of the records that span the mission: the odometry, the attitude of an underwater vehicle, or the frames of a camera alone."""
         if self.odometry is not None:
             return self.odometry.time_s
         if self.navigation is not None:
             return self.navigation.attitude.time_s
+        if self.frames is not None:
+            return self.frames.time_s
         raise UserError(f"mission '{self.name}': holds neither odometry nor navigation; give one of them")
 
 
@@ -274,21 +294,21 @@ def mission_directory(path: Path) -> Path:
     return directory
 
 
-why_not_a_mission = holds_only((*MISSION_FILES, PINGS_FOLDER), (MISSION_FILE,))
+why_not_a_mission = holds_only((*MISSION_FILES, PINGS_FOLDER, FRAMES_FOLDER), (MISSION_FILE,))
 
 
 def is_mission_file(name: str) -> bool:
     """Whether a name of `input_digests` is that of a mission's own file."""
-    return name in MISSION_FILES or name.startswith(f"{PINGS_FOLDER}/")
+    return name in MISSION_FILES or name.startswith((f"{PINGS_FOLDER}/", f"{FRAMES_FOLDER}/"))
 
 
 def input_digests(directory: Path) -> dict[str, str]:
-    """sha256 of every file of the mission that exists, by its name."""
+    """sha256 of every file of the mission that exists, by its name; of all pictures together."""
     digests = {}
     paths = [directory / name for name in MISSION_FILES if (directory / name).is_file()]
     for path in [*paths, *sonar_logs_in(directory)]:
         digests[path.relative_to(directory).as_posix()] = file_digest(path)
-    return digests
+    return {**digests, **frame_digests(directory)}
 
 
 # --- reading ---------------------------------------------------------------------------------------------------------
@@ -298,7 +318,8 @@ def read_mission(path: Path) -> Mission:
     directory = mission_directory(path)
     document = read_mission_document(directory / MISSION_FILE)
     navigation = read_navigation(directory)
-    has_odometry = navigation is None or holds_file(directory / ODOMETRY_FILE)
+    frames = read_frames(directory)
+    has_odometry = _has_odometry(directory, navigation, frames)
     if not has_odometry and document.geodetic is not None:
         _require_north_east(document.geodetic, directory / MISSION_FILE)
     if navigation is not None and not has_odometry:
@@ -313,6 +334,7 @@ def read_mission(path: Path) -> Mission:
         scans=_read_scans(directory / SCANS_FILE),
         sonar_hits=_read_sonar_hits(directory / SONAR_HITS_FILE),
         sonar_logs=() if has_odometry else _read_sonar_logs(directory, document.import_record),
+        frames=frames,
         navigation=navigation,
         settings=document.settings,
         reference=read_reference(directory, document.reference),
@@ -327,18 +349,39 @@ def read_mission_outline(path: Path) -> Mission:
     directory = mission_directory(path)
     document = read_mission_document(directory / MISSION_FILE)
     navigation = outline_navigation(directory)
+    frames = outline_frames(directory)
     odometry = None
-    if navigation is None or holds_file(directory / ODOMETRY_FILE):
+    if _has_odometry(directory, navigation, frames):
         kind = _odometry_kind(directory / ODOMETRY_FILE, _odometry_header(directory / ODOMETRY_FILE))
         odometry = Odometry(kind, np.zeros((0, len(ODOMETRY_COLUMNS[kind]))))
     elif document.geodetic is not None:
         _require_north_east(document.geodetic, directory / MISSION_FILE)
-    return Mission(document.mission.name, odometry=odometry, navigation=navigation, settings=document.settings, geodetic=document.geodetic)
+    return Mission(
+        document.mission.name,
+        odometry=odometry,
+        frames=frames,
+        navigation=navigation,
+        settings=document.settings,
+        geodetic=document.geodetic,
+    )
+
+
+def _has_odometry(directory: Path, navigation: UnderwaterNavigation | None, frames: FrameIndex | None) -> bool:
+    """Whether it has, or must have: one without any motion is a mission whose odometry is missing."""
+    has_file = holds_file(directory / ODOMETRY_FILE)
+    if has_file and frames is not None:
+        raise UserError(
+            f"{frames.folder}: frames are of an underwater vehicle, and {ODOMETRY_FILE} makes this mission one of a vehicle in the plane; "
+            f"remove {ODOMETRY_FILE}, or the folder"
+        )
+    return has_file or (navigation is None and frames is None)
 
 
 def is_underwater(directory: Path) -> bool:
-    """Whether the files of a mission are those of an underwater vehicle: its own sensors, and no odometry."""
-    return not holds_file(directory / ODOMETRY_FILE) and any(holds_file(directory / name) for name in NAVIGATION_FILES)
+    """Whether the files of a mission are those of an underwater vehicle: its own sensors or a camera, and no odometry."""
+    if holds_file(directory / ODOMETRY_FILE):
+        return False
+    return any(holds_file(directory / name) for name in NAVIGATION_FILES) or (directory / FRAMES_FOLDER).is_dir()
 
 
 def _require_north_east(geodetic: Geodetic, path: Path) -> None:
@@ -628,6 +671,10 @@ def write_mission(directory: Path, mission: Mission) -> None:
     if mission.recording is not None:
         (directory / PINGS_FOLDER).mkdir()
         mission.recording(directory / PINGS_FOLDER)
+    if mission.frames is not None:
+        _write_frames(directory / FRAMES_FOLDER, mission.frames)
+    if mission.photographs is not None:
+        mission.photographs(directory / FRAMES_FOLDER)
     _write_reference(directory, mission.reference)
 
 
@@ -665,6 +712,13 @@ def _write_points(path: Path, points: BodyPoints) -> None:
 def _shown_ids(ids: IntArray) -> Any:
     """Text, empty where the landmark is not known."""
     return np.where(ids != UNKNOWN_LANDMARK, ids.astype(str), "")
+
+
+def _write_frames(folder: Path, frames: FrameIndex) -> None:
+    folder.mkdir()
+    (folder / FRAME_INDEX_FILE).write_text(index_text(frames.time_s, frames.files), encoding="utf-8")
+    if frames.calibration is not None:
+        (folder / CALIBRATION_FILE).write_text(calibration_text(frames.calibration), encoding="utf-8")
 
 
 def _write_scans(path: Path, scans: Scans) -> None:

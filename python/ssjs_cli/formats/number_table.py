@@ -47,7 +47,7 @@ class NumberTable:
 
     def line_of(self, row: int) -> int:
         """The 1-based line of the file that holds a row."""
-        text = _read_text(self.path)
+        text = read_text(self.path)
         data_lines = [number for number, line in enumerate(text.split("\n"), 1) if _holds_data(line)]
         has_header = len(data_lines) > self.rows
         return data_lines[row + (1 if has_header else 0)]
@@ -61,7 +61,8 @@ def _holds_data(line: str) -> bool:
     return bool(stripped) and not stripped.startswith("#")
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Of a table: its lines end in a newline alone."""
     data = _read_lines(path)
     try:
         text = data.decode("utf-8-sig")
@@ -109,7 +110,7 @@ def read_table(
     """A table with a header line. Empty fields become NaN, and only columns of `may_be_empty` may have them."""
     if not path.is_file():
         raise UserError(f"{path}: is missing; it needs the columns {','.join(required)}")
-    text = _read_text(path)
+    text = read_text(path)
     header_line, header_number, body = _split_header(text)
     if header_line is None:
         raise UserError(f"{path}:1: is empty; it needs a header line with the columns {','.join(required)}")
@@ -138,7 +139,7 @@ def read_header(path: Path, delimiter: str = ",") -> list[str]:
     """The column names of a table with a header line."""
     if not path.is_file():
         raise UserError(f"{path}: is missing; check the path")
-    header_line, _, _ = _split_header(_read_text(path))
+    header_line, _, _ = _split_header(read_text(path))
     return [] if header_line is None else [name.strip() for name in header_line.split(delimiter)]
 
 
@@ -146,7 +147,7 @@ def read_columns(path: Path, names: Sequence[str]) -> NumberTable:
     """A table of white-space separated columns without a header; '#' starts a comment."""
     if not path.is_file():
         raise UserError(f"{path}: is missing; it needs the columns {' '.join(names)}")
-    values = _parse_body(path, _read_text(path), 1, list(names), None, list(range(len(names))))
+    values = _parse_body(path, read_text(path), 1, list(names), None, list(range(len(names))))
     table = NumberTable(path, {name: values[:, position] for position, name in enumerate(names)}, len(values))
     for name in names:
         require_finite(table, name)

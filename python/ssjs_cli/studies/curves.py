@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ssjs_cli.evaluation import Evaluation, last_of_each_time, pose_nees, start_frame
+from ssjs_cli.evaluation import Evaluation, judged_frame, last_of_each_time, pose_nees
 from ssjs_cli.formats.mission import Reference
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import Estimate
@@ -81,7 +81,7 @@ def nees_over_time(estimate: Estimate, reference: Reference) -> dict[str, Any] |
     final, final_covariance = last_of_each_time(estimate.final, estimate.final_covariance)
     online, online_covariance = last_of_each_time(estimate.online, estimate.online_covariance)
     max_gap_s = reference.description.max_gap_s
-    frame = start_frame(final, reference.truth, max_gap_s, np.zeros(3))
+    frame = judged_frame(estimate, reference.truth, max_gap_s, np.zeros(3))
     start_s, end_s = float(final.time_s[0]), float(final.time_s[-1])
     interval_s = round_interval(end_s - start_s, NEES_INSTANTS)
     instants_s: FloatArray = start_s + interval_s * np.arange(1, math.floor((end_s - start_s) / interval_s) + 1, dtype=np.float64)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ssjs_cli.formats.atomic import write_file
+from ssjs_cli.formats.frames import FRAMES_FOLDER
 from ssjs_cli.formats.mission import PINGS_FOLDER, is_mission_file
 
 MANIFEST_FILE = "manifest.json"
@@ -67,9 +68,11 @@ def signature_of(directory: Path, *, settled: bool = False) -> str:
     newest_ns = 0
     try:
         with os.scandir(directory) as entries:
-            names = sorted(entry.name for entry in entries if is_mission_file(entry.name) or entry.name == PINGS_FOLDER)
-        if PINGS_FOLDER in names:
-            names += [f"{PINGS_FOLDER}/{name}" for name in sorted(os.listdir(directory / PINGS_FOLDER))]
+            folders = (PINGS_FOLDER, FRAMES_FOLDER)
+            names = sorted(entry.name for entry in entries if is_mission_file(entry.name) or entry.name in folders)
+        for folder in folders:
+            if folder in names:
+                names += [f"{folder}/{name}" for name in sorted(os.listdir(directory / folder))]
         for name in names:
             status = os.stat(directory / name)
             newest_ns = max(newest_ns, status.st_mtime_ns, status.st_ctime_ns)

@@ -80,6 +80,23 @@ TEST(ReorderWindow, AGapIsASilenceUnlessItIsKnownToBeTheClock) {
   EXPECT_TRUE(std::is_sorted(went_on.times_s.begin(), went_on.times_s.end()));
 }
 
+TEST(ReorderWindow, ASightingWhoseCovarianceIsNoneIsRefused) {
+  ReorderWindow window{ReorderConfig{}};
+  NavigationTick tick = tick_at(1.0);
+  tick.sightings.resize(1);
+  EXPECT_EQ(window.put(tick), Arrival::kTaken);  // the sonar's own
+  Eigen::Matrix3d& R = tick.sightings.front().covariance.emplace(Eigen::Matrix3d::Identity());
+  EXPECT_EQ(window.put(tick), Arrival::kTaken);
+  R(1, 0) = 0.1;
+  EXPECT_EQ(window.put(tick), Arrival::kNotFinite);  // not symmetric
+  R(1, 0) = R(0, 1) = 1.1;
+  EXPECT_EQ(window.put(tick), Arrival::kNotFinite);  // not definite
+  R = Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal();
+  EXPECT_EQ(window.put(tick), Arrival::kNotFinite);  // exact
+  R.setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(window.put(tick), Arrival::kNotFinite);
+}
+
 TEST(ReorderWindow, AFixWithoutACovarianceIsNone) {
   ReorderWindow window{ReorderConfig{}};
   NavigationTick tick = tick_at(1.0);

@@ -15,7 +15,7 @@ enum class Arrival {
   kTaken,
   kLate,       ///< older than the window: what was done with the samples around it is not undone
   kDuplicate,  ///< this sensor has spoken at that very time
-  kNotFinite,  ///< NaN or infinity in it, or the covariance of a fix is none
+  kNotFinite,  ///< NaN or infinity in it, or a covariance that is not symmetric and positive definite
   kClockJump,  ///< so far ahead of all before that its clock is doubted; believed once `jump_samples` in a row agree
   kFlood,      ///< more than the window holds
 };
