@@ -57,6 +57,10 @@ void add_mosaic(py::module_& module) {
       "mosaic_fields", [] { return fields_of<MosaicSettings>(); },
       "Settings of the mosaic, as config_fields() lists those of the estimator.");
 
+  module.def(
+      "validate_mosaic", [](const py::dict& values) { return violations(config_from<MosaicSettings>(values)); }, py::arg("values"),
+      "Every violation of them, as text; unknown keys raise ValueError.");
+
   py::class_<LampLight>(module, "LampLight", "What the lamps do to every frame alike.")
       .def(py::init([](const py::dict& config) { return std::make_unique<LampLight>(config_from<MosaicSettings>(config).mosaic); }),
            py::arg("config") = py::dict())

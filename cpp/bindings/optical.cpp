@@ -148,6 +148,9 @@ void add_optical(py::module_& module) {
       "frame_fields", [] { return fields_of<FrameSettings>(); },
       "Settings of the way from frames to registered frames, as config_fields() lists those of the estimator.");
   module.def(
+      "validate_frames", [](const py::dict& values) { return violations(config_from<FrameSettings>(values)); }, py::arg("values"),
+      "Every violation of them, as text; unknown keys raise ValueError.");
+  module.def(
       "has_keypoints",
       [](const std::string& kind) {
         return (kind == "surf" && has_keypoints(KeypointKind::kSurf)) || (kind == "sift" && has_keypoints(KeypointKind::kSift)) ||

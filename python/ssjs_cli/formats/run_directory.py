@@ -62,6 +62,8 @@ COVERAGE_FILE = "coverage.npz"
 SNIPPETS_FOLDER = "snippets"
 WATERFALL_FOLDER = "waterfall"
 WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
+PICTURES_FOLDER = "pictures"
+PICTURES_INDEX_FILE = "pictures.json"  # in that folder
 RUN_FILES = (
     SUMMARY_FILE,
     CONFIG_FILE,
@@ -96,6 +98,7 @@ RUN_FILES = (
     COVERAGE_FILE,
     SNIPPETS_FOLDER,
     WATERFALL_FOLDER,
+    PICTURES_FOLDER,
 )
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"

@@ -17,7 +17,7 @@ struct VisualOdometryConfig {
   std::optional<double> metres_per_px;
   double altitude_sigma = 0.1;
   double scale_sigma = 0.02;
-  double pixel_sigma_px = 3.0;
+  double pixel_sigma_px = 1.5;
   int independent_matches = 6;
   double unseen_factor = 3.0;
   template <class Visitor>
