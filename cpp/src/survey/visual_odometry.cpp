@@ -70,7 +70,7 @@ std::optional<GaussianSe2> frame_motion(const MatchedFrames& pair, const Eigen::
   // (V-18): the middle of the matches is known to sigma, what lies beside it turns with the heading
   const Eigen::Vector2d arm(middle.y(), -middle.x());  // d(translation)/d(heading) with the middle held
   GaussianSe2 motion{*first_T_second, Eigen::Matrix3d::Zero()};
-  motion.covariance.topLeftCorner<2, 2>() = 2.0 * variance * Eigen::Matrix2d::Identity() + heading_variance * arm * arm.transpose();
+  motion.covariance.topLeftCorner<2, 2>() = variance * Eigen::Matrix2d::Identity() + heading_variance * arm * arm.transpose();
   motion.covariance.topRightCorner<2, 1>() = heading_variance * arm;
   motion.covariance.bottomLeftCorner<1, 2>() = heading_variance * arm.transpose();
   motion.covariance(2, 2) = heading_variance;

@@ -102,7 +102,7 @@ def _take_lens_out(survey: PlanarSurvey, settings: FrameSettings) -> None:
         (positions[first][found["inliers"][:, 0]], positions[second][found["inliers"][:, 1]])
         for (first, second), found in survey.links.items()
     ]
-    found = _core.estimate_lens(pairs, *survey.frames.size_px, float(settings.of_frames["matching.tolerance_px"]))
+    found = _core.estimate_lens(pairs, *survey.frames.size_px, float(settings.values["matching.tolerance_px"] or 0.0))
     if found is None:
         return
     survey.lens, survey.lens_is_estimated = found["calibration"], True
