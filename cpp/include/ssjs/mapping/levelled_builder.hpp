@@ -23,8 +23,8 @@ namespace ssjs {
 /// In gyro_step_s: a gyro that is silent for longer says nothing of the turn.
 inline constexpr double kGyroHolds = 20.0;
 
-enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro };
-inline constexpr std::size_t kNavigationSensors = 8;
+enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro, kCamera };
+inline constexpr std::size_t kNavigationSensors = 9;
 
 /// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter. A gyro has
 /// none: its rates are inputs. Fixes are judged by who joins the maps.
@@ -70,6 +70,10 @@ class LevelledBuilder {
   /// memory from the heap where a map ends or gains a landmark, where a map is longer than all before it, and where a ping shows several
   /// points without identities; nowhere else.
   TickResult feed(const NavigationTick& tick);
+
+  /// The attitude may be wrong by these standard deviations (roll, pitch, yaw; rad) that the filter knows nothing of, and was for some
+  /// seconds: attitude and compass are met anew. Nothing before the first tick. docs/faults.md
+  void doubt_attitude(const Eigen::Vector3d& sigma_rad);
 
   /// Finishes the present map as it is, at the end of a mission. Nothing before the first tick.
   [[nodiscard]] std::optional<LevelledSubmap> finish(const std::string& reason);
