@@ -86,6 +86,24 @@ py::dict keypoint_table(const FrameFeatures& features) {
   return table;
 }
 
+/// One row a keypoint. ORB's bits become numbers: their squared distance is the number of bits that differ.
+py::array_t<float> descriptor_rows(const FrameFeatures& features) {
+  const cv::Mat& descriptors = features.keypoints.descriptors;
+  const bool is_bits = descriptors.depth() == CV_8U;
+  const int columns = is_bits ? 8 * descriptors.cols : descriptors.cols;
+  py::array_t<float> array({descriptors.rows, columns});
+  for (int r = 0; r < descriptors.rows; ++r) {
+    float* to = array.mutable_data(r, 0);
+    if (!is_bits) {
+      std::copy_n(descriptors.ptr<float>(r), columns, to);
+      continue;
+    }
+    const unsigned char* bytes = descriptors.ptr(r);
+    for (int c = 0; c < columns; ++c) to[c] = ((bytes[c / 8] >> (c % 8)) & 1) != 0 ? 1.0F : 0.0F;
+  }
+  return array;
+}
+
 py::dict frame_regions(const FrameFeatures& features) {
   const std::vector<Region>& regions = features.regions;
   py::dict table;
@@ -119,6 +137,9 @@ void add_optical(py::module_& module) {
       "frame_fields", [] { return fields_of<FrameSettings>(); },
       "Settings of the way from frames to registered frames, as config_fields() lists those of the estimator.");
   module.def(
+      "validate_frames", [](const py::dict& values) { return violations(config_from<FrameSettings>(values)); }, py::arg("values"),
+      "One line for every rule that these settings break.");
+  module.def(
       "has_keypoints",
       [](const std::string& kind) {
         return (kind == "surf" && has_keypoints(KeypointKind::kSurf)) || (kind == "sift" && has_keypoints(KeypointKind::kSift)) ||
@@ -142,7 +163,8 @@ void add_optical(py::module_& module) {
                                return quality;
                              })
       .def_property_readonly("regions", &frame_regions)
-      .def_property_readonly("keypoints", &keypoint_table);
+      .def_property_readonly("keypoints", &keypoint_table)
+      .def_property_readonly("descriptors", &descriptor_rows, "Row by row those of the keypoints, float32.");
 
   py::class_<FrameReader>(module, "FrameReader", "From a frame as taken to keypoints.")
       .def(py::init([](const py::dict& config, const std::optional<py::dict>& calibration) {

@@ -52,6 +52,9 @@ AuvSimulationConfig CameraSurveyConfig::default_vehicle() {
   vehicle.depth_m = 17.0;
   vehicle.speed_m_s = 0.23;
   vehicle.motion.velocity_walk_m_s_sqrt_s = 0.006;
+  vehicle.motion.gyro_sigma_rad_s = 0.0175;  // 1 deg/s: of a small inertial unit
+  vehicle.motion.compass_walk_rad_sqrt_s = 0.0035;
+  vehicle.velocity_log.sigma_m_s = 0.03;
   vehicle.depth_gain_rad_m = 0.4;
   vehicle.turn_rate_rad_s = 0.25;
   vehicle.lookahead_m = 1.0;

@@ -43,7 +43,7 @@ def read_frames(directory: Path) -> FrameIndex | None:
     if outline is None:
         return None
     index = outline.folder / FRAME_INDEX_FILE
-    time_s, files = _read_index(index)
+    time_s, files = read_index(index)
     return FrameIndex(outline.folder, time_s, files, outline.calibration)
 
 
@@ -60,7 +60,10 @@ def outline_frames(directory: Path) -> FrameIndex | None:
     return FrameIndex(folder, np.zeros(0), (), read_calibration(calibration) if holds_file(calibration) else None)
 
 
-def _read_index(path: Path) -> tuple[FloatArray, tuple[str, ...]]:
+def read_index(path: Path) -> tuple[FloatArray, tuple[str, ...]]:
+    """Times, not decreasing, and the names of the frames."""
+    if not path.is_file():
+        raise UserError(f"{path}: is missing; it needs the columns time_s,file")
     lines = [line if line.strip() and not line.lstrip().startswith("#") else "" for line in read_text(path).split("\n")]
     reader = csv.reader(io.StringIO("\n".join(lines)), strict=True)
     header: list[str] = []

@@ -54,6 +54,7 @@ from ssjs_cli.formats.number_table import (
 from ssjs_cli.formats.physical_bounds import require_plausible
 from ssjs_cli.formats.position_fixes import read_position_fixes
 from ssjs_cli.formats.toml_file import load_toml
+from ssjs_cli.formats.true_surface import SURFACE_FILE, TrueSurface, read_true_surface, write_true_surface
 from ssjs_cli.formats.tum import PoseSeries, read_tum, write_tum
 from ssjs_cli.formats.zip_member import check_archive_size
 
@@ -78,6 +79,7 @@ MISSION_FILES = (
     TRUTH_FILE,
     FIXES_FILE,
     LANDMARKS_FILE,
+    SURFACE_FILE,
 )
 
 ODOMETRY_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -234,10 +236,11 @@ class Reference:
     truth: PoseSeries | None = None
     fixes: Fixes | None = None
     landmarks: SurveyedLandmarks | None = None
+    surface: TrueSurface | None = None
 
     @property
     def is_empty(self) -> bool:
-        return self.truth is None and self.fixes is None and self.landmarks is None
+        return self.truth is None and self.fixes is None and self.landmarks is None and self.surface is None
 
 
 @dataclass(frozen=True)
@@ -450,6 +453,7 @@ def read_reference(directory: Path, description: ReferenceDescription) -> Refere
         truth=read_tum(truth_path) if holds_file(truth_path) else None,
         fixes=read_fixes(directory / FIXES_FILE) if holds_file(directory / FIXES_FILE) else None,
         landmarks=read_landmarks(directory / LANDMARKS_FILE) if holds_file(directory / LANDMARKS_FILE) else None,
+        surface=read_true_surface(directory),
     )
 
 
@@ -757,3 +761,5 @@ def _write_reference(directory: Path, reference: Reference) -> None:
             [landmarks.ids, landmarks.position_m[:, 0], landmarks.position_m[:, 1]],
             [WHOLE, EXACT, EXACT],
         )
+    if reference.surface is not None:
+        write_true_surface(directory, reference.surface)

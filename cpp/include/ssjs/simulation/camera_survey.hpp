@@ -54,7 +54,7 @@ struct CameraSurveyConfig {
 
   /// 20 m x 20 m in a grid of 5 m.
   [[nodiscard]] static SurveyWorldConfig default_lines();
-  /// A small, slow vehicle 2.5 m above the seabed.
+  /// A small, slow vehicle 2.5 m above the seabed, with the inertial unit and the velocity log that fit into one.
   [[nodiscard]] static AuvSimulationConfig default_vehicle();
 };
 
