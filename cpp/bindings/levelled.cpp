@@ -157,6 +157,7 @@ py::dict to_python(const LevelledResult& result) {
   counters["budget_exhausted"] = result.budget_exhausted;
   counters["compass_jumps"] = result.compass_jumps;
   counters["landmarks_merged"] = result.merged;
+  counters["unsound_maps"] = result.unsound_maps;
   counters["samples_refused"] = result.refused;
   counters["fusion_dof"] = result.fusion_dof;
   dict["counters"] = counters;

@@ -342,6 +342,11 @@ def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str
     jumps = result["counters"].get("compass_jumps", 0)
     if jumps:
         texts.append(f"the compass offset jumped between {jumps} submaps; check the compass, or its drift (motion.compass_walk_rad_sqrt_s)")
+    unsound = result["counters"].get("unsound_maps", 0)
+    if unsound:
+        texts.append(
+            f"in {unsound} submaps the filter lost its footing and nothing they say was believed; look for noise settings that are far too small"
+        )
     for name, sensor in result.get("sensors", {}).items():
         total = sensor["used"] + sensor["refused"]
         if total and sensor["refused"] > MAX_REFUSED_FRACTION * total:

@@ -14,6 +14,8 @@
 namespace ssjs {
 namespace {
 
+constexpr std::size_t kLongestKey = 80;  // what comes after it is no misspelling
+
 /// Least number of insertions, deletions and substitutions that turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -87,10 +89,16 @@ void FieldSetter::check_choice(const std::vector<std::string>& names) const {
 
 void FieldSetter::finish() const {
   if (found_) return;
-  const auto nearest = std::min_element(keys_.begin(), keys_.end(), [&](const std::string& a, const std::string& b) {
-    return edit_distance(key_, a) < edit_distance(key_, b);
-  });
-  throw InvalidArgument("setting", key_, "is not known" + (nearest == keys_.end() ? "" : "; the nearest is " + *nearest));
+  const std::string_view asked = std::string_view(key_).substr(0, kLongestKey);
+  std::string nearest;
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (const std::string& key : keys_) {
+    const std::size_t distance = edit_distance(asked, key);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = "; the nearest is " + key;
+  }
+  throw InvalidArgument("setting", key_, "is not known" + nearest);
 }
 
 std::string FieldLister::text_of(double value) {

@@ -21,7 +21,7 @@ namespace {
 
 static_assert(kSensors == kNavigationSensors);
 static_assert(static_cast<int>(SensorState::kWrongUnit) == static_cast<int>(ssjs::SensorState::kWrongUnit));
-static_assert(static_cast<int>(Note::kClosure) == static_cast<int>(NoteKind::kClosure));
+static_assert(static_cast<int>(Note::kFailure) == static_cast<int>(NoteKind::kFailure));
 static_assert(static_cast<int>(Sensor::kGyro) == static_cast<int>(NavigationSensor::kGyro));
 static_assert(static_cast<int>(Arrival::kFlood) == static_cast<int>(ssjs::Arrival::kFlood));
 static_assert(static_cast<int>(Health::kLost) == static_cast<int>(SurveyHealth::kLost));
@@ -80,8 +80,9 @@ class Estimator::Inside {
     return otherwise;
   }
 
-  Arrival feed(const NavigationTick& tick) noexcept {
-    const Arrival arrival = guarded(Arrival::kFailed, [&] { return static_cast<Arrival>(survey.feed(tick)); });
+  template <class Sample>
+  Arrival feed(const Sample& sample) noexcept {
+    const Arrival arrival = guarded(Arrival::kFailed, [&] { return static_cast<Arrival>(survey.feed(sample)); });
     if (arrival == Arrival::kFailed) ++failures;
     return arrival;
   }
@@ -176,6 +177,15 @@ Arrival Estimator::feed(const Fix& sample) noexcept {
   return inside_->feed(tick);
 }
 
+Arrival Estimator::feed(const LoopClosure& closure) noexcept {
+  return inside_->guarded(Arrival::kFailed, [&] {
+    using Covariance = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Se2 from_T_to = Se2::from_vector({closure.x_m, closure.y_m, closure.yaw_rad});
+    return inside_->feed(
+        TimedClosure{closure.from_time_s, closure.to_time_s, {from_T_to, Eigen::Map<const Covariance>(closure.covariance)}});
+  });
+}
+
 bool Estimator::pose(Pose* out) const noexcept {
   return inside_->guarded(false, [&] {
     const std::optional<SurveyStep> step = inside_->survey.global_T_vehicle();
@@ -206,6 +216,7 @@ Status Estimator::status() const noexcept {
     out.clock_offset_s = now.clock_offset_s;
     out.waits = now.waits;
     out.joining = now.joining;
+    out.closures_refused = now.closures_refused;
     return out;
   });
 }

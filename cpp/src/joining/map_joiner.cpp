@@ -10,6 +10,7 @@ void JoinReport::append(const JoinReport& later) {
   association_time_s += later.association_time_s;
   budget_exhausted = budget_exhausted || later.budget_exhausted;
   fixes.insert(fixes.end(), later.fixes.begin(), later.fixes.end());
+  unsound += later.unsound;
 }
 
 }  // namespace ssjs

@@ -12,6 +12,7 @@
 #include "ssjs/joining/batch_ports.hpp"
 #include "ssjs/joining/chance_alignment.hpp"
 #include "ssjs/joining/recursive_ports.hpp"
+#include "ssjs/joining/unsound_map.hpp"
 
 namespace ssjs {
 namespace {
@@ -83,9 +84,6 @@ void PortJoiner::check(const LevelledSubmap& submap) const {
   if (!submap.seen_s.empty() && submap.seen_s.size() != submap.landmarks.size()) {
     throw InvalidArgument("submap " + std::to_string(submap.index), std::to_string(submap.seen_s.size()) + " lists of sighting times",
                           "one a landmark, or none at all");
-  }
-  if (!submap.mean.allFinite() || !submap.covariance.allFinite()) {
-    throw InvalidArgument("submap " + std::to_string(submap.index), "not finite", "mean and covariance must be");
   }
   if (submap.compass_mean && (submap.compass != CompassPorts::kNone || !(submap.compass_mean->variance > 0.0))) {
     throw InvalidArgument("compass_mean.variance", submap.compass_mean->variance, "must be positive, in a map without compass ports");
@@ -166,6 +164,11 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double m
 
 JoinReport PortJoiner::take(LevelledSubmap submap) {
   check(submap);
+  JoinReport report;
+  if (!is_sound(submap)) {  // (P-40)
+    submap = without_knowledge(submap);
+    ++report.unsound;
+  }
   const int newest = submap.index;
   compass_ = submap.compass;
   compass_is_mean_ = submap.compass_mean.has_value();
@@ -193,7 +196,6 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   level_->settle();
   reach_.add(extent, *level_);
 
-  JoinReport report;
   const auto fix = [&](const std::optional<BaseFix>& base_fix, int base) {
     if (!base_fix) return;
     report.fixes.push_back(fixes_.take(*base_fix, base, *level_, maps_));

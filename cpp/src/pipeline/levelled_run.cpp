@@ -35,6 +35,7 @@ void take(LevelledResult& result, const JoinReport& join) {
   result.fixes.insert(result.fixes.end(), join.fixes.begin(), join.fixes.end());
   result.loop_candidates += join.candidates;
   result.fusions += join.fusions;
+  result.unsound_maps += join.unsound;
   result.budget_exhausted += join.budget_exhausted ? 1 : 0;
   result.time_association_s += join.association_time_s;
   for (const NeighbourJoin& neighbours : join.neighbours) count(result, neighbours, neighbours.chi_squared);

@@ -9,6 +9,7 @@
 
 #include "ssjs/base/error.hpp"
 #include "ssjs/base/whole_file.hpp"
+#include "ssjs/joining/unsound_map.hpp"
 #include "ssjs/pipeline/checkpoint_file.hpp"
 #include "ssjs/pipeline/survey_factory.hpp"
 #include "ssjs/pipeline/vehicle_in_world.hpp"
@@ -17,8 +18,11 @@ namespace ssjs {
 namespace {
 
 constexpr double kFarthestAhead_s = 60.0;
-constexpr double kSteepest = 1.4;      // rad of pitch: the prediction ends before it means nothing
-constexpr double kMostSteps = 1000.0;  // of one prediction, however far the clock has jumped
+constexpr double kSteepest = 1.4;            // rad of pitch: the prediction ends before it means nothing
+constexpr double kMostSteps = 1000.0;        // of one prediction, however far the clock has jumped
+constexpr std::size_t kMostClosures = 1024;  // that wait
+constexpr int kNoMap = -1;
+constexpr const char* kNoState = "the submaps could not be joined: there is no state to write; the last checkpoint holds the one before";
 
 const OnlineSurveyConfig& checked(const OnlineSurveyConfig& config) {
   throw_if_any(violations(config));
@@ -46,6 +50,21 @@ Arrival OnlineSurvey::feed(const NavigationTick& sample) {
   if (log_) tell_of_arrival(arrival, sample);
   while (const NavigationTick* const due = window_.take()) step(*due);
   ++arrivals_[static_cast<std::size_t>(arrival)];  // what throws before is not counted among them
+  return arrival;
+}
+
+Arrival OnlineSurvey::feed(const TimedClosure& closure) {
+  if (finished_) throw InvalidArgument("closure", closure.to_time_s, "the mission is finished");
+  const Arrival arrival = [&] {
+    try {
+      check(closure);
+    } catch (const Error&) {
+      return Arrival::kNotFinite;
+    }
+    return closures_.size() < kMostClosures ? Arrival::kTaken : Arrival::kFlood;
+  }();
+  if (arrival == Arrival::kTaken) closures_.push_back(closure);
+  ++arrivals_[static_cast<std::size_t>(arrival)];
   return arrival;
 }
 
@@ -78,16 +97,26 @@ void OnlineSurvey::close(TickResult& finished) {
   LevelledSubmap& submap = *finished.closed;
   take_over_s_ = submap.end_time_s + config_.joining_delay_s;
   ++submaps_;
-  global_T_base_ = compose_independent(global_T_base_, {submap.base_T_exit(), submap.covariance.topLeftCorner<3, 3>()});
+  const LevelledSubmap& link = is_sound(submap) ? submap : without_knowledge(submap);
+  global_T_base_ = compose_independent(global_T_base_, {link.base_T_exit(), link.covariance.topLeftCorner<3, 3>()});
+  if (!join_failure_.empty()) {
+    if (finished.steps) builder_.reuse(std::move(finished.steps->record));
+    return;
+  }
+  const auto is_due = [&](const TimedClosure& closure) { return closure.to_time_s <= submap.end_time_s; };
+  const auto later = std::stable_partition(closures_.begin(), closures_.end(), is_due);
+  std::vector<TimedClosure> due(closures_.begin(), later);
+  closures_.erase(closures_.begin(), later);
   joining_.submap = std::move(submap);
   joining_.steps = std::move(finished.steps);
   const auto done = std::make_shared<std::promise<void>>();
   is_joined_ = done->get_future().share();
-  background_.start([this, done, read = is_read_] {
+  background_.start([this, done, due = std::move(due), read = is_read_] {
     if (read.valid()) read.wait();
     try {
       if (joining_.steps) joining_.submap.steps = joining_.steps->smoothed();
       joining_.report = joiner_.take(std::move(joining_.submap));
+      joining_.report.append(propose(due));
       joining_.global_T_newest_base = joiner_.global_T_newest_base();
       done->set_value();
     } catch (...) {
@@ -97,10 +126,55 @@ void OnlineSurvey::close(TickResult& finished) {
   });
 }
 
+/// Between bases now: one whose moments no remembered step is near has nothing to hold on to.
+JoinReport OnlineSurvey::propose(const std::vector<TimedClosure>& claimed) {
+  JoinReport report;
+  std::vector<Closure> closures;
+  for (const TimedClosure& closure : claimed) {
+    if (std::optional<Closure> found = between_bases(closure, joiner_.maps())) {
+      closures.push_back(std::move(*found));
+      continue;
+    }
+    LoopAttempt nowhere;
+    nowhere.time_s = closure.to_time_s;
+    nowhere.from = nowhere.to = kNoMap;
+    nowhere.reason = "no two submaps lie at " + std::to_string(closure.from_time_s) + " s and " + std::to_string(closure.to_time_s) + " s";
+    nowhere.source = closure.source;
+    report.loops.push_back(nowhere);
+  }
+  report.append(joiner_.propose(closures));
+  return report;
+}
+
+void OnlineSurvey::fail_to_join(const std::string& problem) {
+  join_failure_ = problem;
+  joining_.steps.reset();
+  closures_.clear();
+  tell(NoteKind::kFailure, "the submaps are no longer joined, and follow each other by dead reckoning: " + problem);
+}
+
+bool OnlineSurvey::is_joined() {
+  rest();
+  if (!join_failure_.empty()) return false;
+  if (!is_joined_.valid()) return true;
+  try {
+    is_joined_.get();
+  } catch (const std::exception&) {
+    return false;  // taking over will say so
+  }
+  return true;
+}
+
 void OnlineSurvey::count(const JoinReport& report) {
+  if (report.unsound > 0) tell(NoteKind::kFailure, "the filter lost its footing: nothing of the submap that ended is believed");
   for (const LoopAttempt& loop : report.loops) {
     if (loop.accepted) {
       ++loop_closures_;
+      continue;
+    }
+    ++closures_refused_;
+    if (loop.from == kNoMap) {
+      tell(NoteKind::kClosure, "closure refused: " + loop.reason);
       continue;
     }
     if (loop.revised) --loop_closures_;
@@ -158,7 +232,12 @@ void OnlineSurvey::tell_of_sensors() {
 
 void OnlineSurvey::take_over() {
   if (!background_.is_done()) ++waits_;
-  background_.collect();
+  try {
+    background_.collect();
+  } catch (const std::exception& problem) {
+    fail_to_join(problem.what());
+    return;
+  }
   if (joining_.steps) builder_.reuse(std::move(joining_.steps->record));
   joining_.steps.reset();
   count(joining_.report);
@@ -203,6 +282,7 @@ SurveyStatus OnlineSurvey::status() const {
   status.arrivals = arrivals_;
   status.submaps = submaps_;
   status.loop_closures = loop_closures_;
+  status.closures_refused = closures_refused_;
   status.compass_jumps = compass_jumps_;
   status.relocations = relocations_;
   status.clock_changes = window_.clock_changes();
@@ -232,6 +312,10 @@ SurveyStatus OnlineSurvey::status() const {
   status.position_sigma_m = largest_sigma(global_T_vehicle()->covariance.topLeftCorner<2, 2>());
   const bool lost = !(status.position_sigma_m <= config_.lost_sigma_m);
   if (lost) status.advice = "the position is hardly known: surface for a fix, or set the pose";
+  if (!join_failure_.empty()) {
+    all_good = false;
+    status.advice = "the submaps are no longer joined: restore the last checkpoint, or surface for fixes";
+  }
   status.health = lost ? SurveyHealth::kLost : all_good ? SurveyHealth::kGood : SurveyHealth::kDegraded;
   return status;
 }
@@ -242,11 +326,19 @@ void OnlineSurvey::finish() {
   if (background_.has_job()) take_over();
   finished_ = true;
   rest();
-  if (std::optional<LevelledSubmap> last = builder_.finish("end")) {
-    count(joiner_.take(std::move(*last)));
-    ++submaps_;
+  std::optional<LevelledSubmap> last = builder_.finish("end");
+  if (last) ++submaps_;
+  if (join_failure_.empty()) {
+    try {
+      if (last) count(joiner_.take(std::move(*last)));
+      count(propose({closures_.begin(), closures_.end()}));
+      closures_.clear();
+      if (!joiner_.maps().empty()) count(joiner_.finish());
+    } catch (const std::exception& problem) {
+      fail_to_join(problem.what());
+    }
   }
-  if (!joiner_.maps().empty()) count(joiner_.finish());
+  if (!join_failure_.empty()) throw Error("the submaps could not be joined: " + join_failure_);
 }
 
 /// What the maps say is asked of them when the background rests.
@@ -257,13 +349,13 @@ void OnlineSurvey::rest() {
 }
 
 std::vector<SurveyLandmark> OnlineSurvey::landmarks() {
-  rest();
+  if (!is_joined()) return {};
   return landmarks_in_world(joiner_.maps(), joiner_.level());
 }
 
 std::vector<SurveyStep> OnlineSurvey::trajectory() {
-  rest();
   std::vector<SurveyStep> trajectory;
+  if (!is_joined()) return trajectory;
   for (const PortMap& map : joiner_.maps()) {
     const std::vector<SurveyStep> steps = steps_in_world(map, joiner_.level());
     trajectory.insert(trajectory.end(), steps.begin(), steps.end());
@@ -289,7 +381,7 @@ void OnlineSurvey::read(Archive& a) {
 }
 
 std::string OnlineSurvey::checkpoint() {
-  rest();
+  if (!is_joined()) throw Error(kNoState);
   Archive a;
   bool joining = background_.has_job();
   archive(a);
@@ -303,6 +395,7 @@ bool OnlineSurvey::checkpoint(const std::string& path) {
     if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
     writing_.get();
   }
+  if (!join_failure_.empty()) throw Error(kNoState);
   Archive now;
   now.reserve(bytes_before_ + bytes_before_ / 4);
   bool joining = background_.has_job();

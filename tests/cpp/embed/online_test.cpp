@@ -66,6 +66,64 @@ TEST(Estimator, EndsWithTheTrajectoryOfTheWholeMissionAtOnce) {
   }
 }
 
+/// Where the vehicle truly was at one moment, seen from another.
+online::LoopClosure true_closure(const SimulatedSurvey& simulated, std::size_t from, std::size_t to) {
+  const auto pose = [&](std::size_t tick) {
+    const Vector6d x = simulated.truth[tick].world_T_vehicle.vector();
+    return Se2{x(0), x(1), x(5)};
+  };
+  const Se2 from_T_to = pose(from).inverse() * pose(to);
+  return {simulated.ticks[from].time_s,        simulated.ticks[to].time_s, from_T_to.x, from_T_to.y, from_T_to.heading,
+          {0.01, 0, 0, 0, 0.01, 0, 0, 0, 1e-4}};
+}
+
+TEST(Estimator, LoopClosuresFromElsewhereTakePart) {
+  const SimulatedSurvey simulated = survey(3);
+  std::vector<Arriving> samples = samples_of(simulated.ticks);
+  const auto is_sighting = [](const Arriving& arriving) { return std::holds_alternative<online::Sighting>(arriving.sample); };
+  samples.erase(std::remove_if(samples.begin(), samples.end(), is_sighting), samples.end());  // nothing else ties the submaps
+  online::Estimator estimator;
+  std::string notes;
+  const auto keep = [](void* text, online::Note note, double, const char* said) {
+    if (note == online::Note::kClosure) *static_cast<std::string*>(text) += std::string(said) + "\n";
+  };
+  estimator.set_log(keep, &notes);
+  const std::size_t last = simulated.ticks.size() - 1;
+  for (const Arriving& arriving : samples) ASSERT_EQ(feed(estimator, arriving.sample), online::Arrival::kTaken);
+  for (std::size_t i = 1; i <= 4; ++i) {
+    EXPECT_EQ(estimator.feed(true_closure(simulated, i * last / 20, last - i * last / 20)), online::Arrival::kTaken);
+  }
+  online::LoopClosure wrong = true_closure(simulated, last / 10, last - last / 8);
+  wrong.x_m += 25.0;
+  EXPECT_EQ(estimator.feed(wrong), online::Arrival::kTaken);
+  online::LoopClosure nowhere = true_closure(simulated, last / 4, last / 2);
+  nowhere.from_time_s = -1e5;
+  EXPECT_EQ(estimator.feed(nowhere), online::Arrival::kTaken);
+  online::LoopClosure none = true_closure(simulated, last / 4, last / 2);
+  none.covariance[0] = -1.0;
+  EXPECT_EQ(estimator.feed(none), online::Arrival::kNotFinite);
+  none = true_closure(simulated, last / 2, last / 4);
+  EXPECT_EQ(estimator.feed(none), online::Arrival::kNotFinite);  // backwards
+
+  std::string state(estimator.checkpoint(nullptr, 0), '\0');
+  ASSERT_EQ(estimator.checkpoint(state.data(), state.size()), state.size());
+  ASSERT_TRUE(estimator.finish()) << estimator.last_error();
+  const online::Status status = estimator.status();
+  EXPECT_EQ(status.loop_closures, 4);
+  EXPECT_EQ(status.closures_refused, 2);
+  EXPECT_EQ(status.arrivals[static_cast<int>(online::Arrival::kNotFinite)], 2);
+  EXPECT_NE(notes.find("no two submaps lie at -100000"), std::string::npos) << notes;
+  const std::vector<online::Pose> way = trajectory_of(estimator);
+  const Eigen::Vector3d& end = simulated.truth[last].world_T_vehicle.translation;
+  EXPECT_LT(std::hypot(way.back().x_m - end(0), way.back().y_m - end(1)),
+            3.0 * std::sqrt(way.back().covariance[0] + way.back().covariance[7]));
+
+  online::Estimator again;  // those that wait are part of the state
+  ASSERT_TRUE(again.restore(state.data(), state.size())) << again.last_error();
+  ASSERT_TRUE(again.finish());
+  EXPECT_TRUE(same_bytes(trajectory_of(again), way));
+}
+
 TEST(Estimator, SamplesOutOfOrderWithinTheWindowChangeNothing) {
   const std::vector<Arriving> in_order = samples_of(survey(4).ticks);
   std::vector<Arriving> late = in_order;

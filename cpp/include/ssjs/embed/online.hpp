@@ -59,6 +59,14 @@ struct Fix {
   bool set_pose;            ///< an operator's: believed whatever was expected
 };
 
+/// A loop closure from elsewhere, an acoustic or an optical place recogniser: where the vehicle was at to_time_s, seen from where it was at
+/// from_time_s, both levelled. Those that contradict others that agree are refused.
+struct LoopClosure {
+  double from_time_s, to_time_s;  ///< the second later
+  double x_m, y_m, yaw_rad;       ///< ahead, to starboard, clockwise
+  double covariance[9];           ///< of x, y, yaw; positive definite, independent of all else
+};
+
 /// What became of a sample.
 enum class Arrival : std::int32_t {
   kTaken = 0,
@@ -121,10 +129,11 @@ struct Status {
   double clock_offset_s;       ///< of the time of the poses beyond that of the samples, since
   std::int32_t waits;          ///< times that feed() had to wait for the thread in the background
   bool joining;                ///< that thread is at work
+  std::int32_t closures_refused;
 };
 
 /// What an operator wants to know, as it happens.
-enum class Note : std::int32_t { kSensor = 0, kClock = 1, kArrival = 2, kFix = 3, kRelocation = 4, kClosure = 5 };
+enum class Note : std::int32_t { kSensor = 0, kClock = 1, kArrival = 2, kFix = 3, kRelocation = 4, kClosure = 5, kFailure = 6 };
 using LogCallback = void (*)(void* context, Note note, double time_s, const char* text);
 
 /// A setting by its key, as `ssjs-cli config dump --of underwater` lists them, and its value as text.
@@ -151,6 +160,8 @@ class SSJS_ONLINE_API Estimator {
   Arrival feed(const Velocity& sample) noexcept;
   Arrival feed(const Sighting& sample) noexcept;
   Arrival feed(const Fix& sample) noexcept;
+  /// Takes part when the submap of its later moment is joined.
+  Arrival feed(const LoopClosure& closure) noexcept;
 
   /// At the time of the newest sample. False before the first one has gone through the filter.
   [[nodiscard]] bool pose(Pose* out) const noexcept;

@@ -89,6 +89,7 @@ struct JoinReport {
   double association_time_s = 0.0;
   bool budget_exhausted = false;
   std::vector<FixAttempt> fixes{};
+  int unsound = 0;  ///< maps of which nothing was believed
 
   void append(const JoinReport& later);
   /// All but the time it took.
@@ -99,6 +100,7 @@ struct JoinReport {
     a("fusions", fusions);
     a("budget_exhausted", budget_exhausted);
     a("fixes", fixes);
+    a("unsound", unsound);
   }
 };
 

@@ -71,7 +71,7 @@ class PortJoiner {
   /// max_chance_alignments as good are to be expected by chance (W-5). Such a joiner cannot be archived.
   void stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
-  /// not fit, or it knows another kind of compass ports than the maps before.
+  /// not fit, or it knows another kind of compass ports than the maps before. Of a map that is not sound nothing is believed (P-40).
   JoinReport take(LevelledSubmap submap);
   /// Loop closures that something else claims, between bases that are there (the newest one included). Those that contradict others that
   /// agree are refused with the reason; so are earlier ones, later, when more agree against them. docs/math/closures.md. Throws

@@ -41,7 +41,8 @@ struct LevelledResult {
   bool map_identities_known = false;
   int budget_exhausted = 0;
   int compass_jumps = 0;
-  int merged = 0;  ///< landmarks that were known twice
+  int merged = 0;        ///< landmarks that were known twice
+  int unsound_maps = 0;  ///< of which nothing was believed
 
   double time_total_s = 0.0, time_global_s = 0.0, time_association_s = 0.0;
 };

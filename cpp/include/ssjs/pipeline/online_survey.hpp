@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <future>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "ssjs/joining/port_estimate.hpp"
 #include "ssjs/joining/port_joiner.hpp"
+#include "ssjs/joining/timed_closure.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
 #include "ssjs/pipeline/background_worker.hpp"
 #include "ssjs/pipeline/levelled_pipeline.hpp"
@@ -54,6 +56,7 @@ struct SurveyStatus {
   int submaps = 0;            ///< finished
   int landmarks = 0;          ///< of the present submap
   int loop_closures = 0;      ///< pairs of maps tied so far
+  int closures_refused = 0;   ///< because they contradict others, or no submap was there
   int compass_jumps = 0;
   int relocations = 0;   ///< times that fixes showed the estimate to be wrong, or an operator set it
   int waits = 0;         ///< times that the caller had to wait for the background
@@ -72,6 +75,9 @@ class OnlineSurvey {
 
   /// Takes one sample, or several of one time. Everything that is due goes through the filter.
   Arrival feed(const NavigationTick& sample);
+  /// Takes a loop closure from elsewhere: an acoustic or an optical place recogniser. It is held against the others when the submap of its
+  /// later moment is joined. What is none, by its times or its covariance, is kNotFinite; when too many wait, kFlood.
+  Arrival feed(const TimedClosure& closure);
 
   /// At the time of the newest sample: the filter's estimate predicted over the window, with the turn rates that wait in it. Nothing before
   /// the first sample has gone through.
@@ -84,6 +90,10 @@ class OnlineSurvey {
 
   /// All samples through, the last submap closed, the global level settled. No sample may follow.
   void finish();
+
+  /// Why the survey is no longer joined; empty while it is. From then on its submaps follow each other by dead reckoning, landmarks() and
+  /// trajectory() are empty and checkpoint() throws: the state before is in the last checkpoint.
+  [[nodiscard]] const std::string& join_failure() const { return join_failure_; }
 
   /// Of the maps that are joined. After finish(): all.
   [[nodiscard]] std::vector<SurveyLandmark> landmarks();
@@ -110,6 +120,9 @@ class OnlineSurvey {
   void close(TickResult& finished);
   void take_over();
   void count(const JoinReport& report);
+  [[nodiscard]] JoinReport propose(const std::vector<TimedClosure>& claimed);
+  void fail_to_join(const std::string& problem);
+  [[nodiscard]] bool is_joined();  ///< when the background rests: whether all it did went well
   void tell(NoteKind kind, const std::string& text) const;
   void tell_of_arrival(Arrival arrival, const NavigationTick& sample);
   void tell_of_sensors();
@@ -130,7 +143,10 @@ class OnlineSurvey {
   int told_clock_changes_ = 0;
   Arrival told_arrival_ = Arrival::kTaken;
   bool fixes_contradict_ = false;  ///< the last one was refused
+  std::string join_failure_;
+  std::deque<TimedClosure> closures_;  ///< that wait for the submap of their later moment
   int loop_closures_ = 0;
+  int closures_refused_ = 0;
   int compass_jumps_ = 0;
   int relocations_ = 0;
   int fixes_used_ = 0, fixes_refused_ = 0;
@@ -173,7 +189,9 @@ class OnlineSurvey {
     a("fixes_used", fixes_used_);
     a("fixes_refused", fixes_refused_);
     a("fixes_contradict", fixes_contradict_);
+    a("closures", closures_);
     a("loop_closures", loop_closures_);
+    a("closures_refused", closures_refused_);
     a("compass_jumps", compass_jumps_);
     a("submaps", submaps_);
     a("steps", steps_);

@@ -60,7 +60,7 @@ class SensorWatch {
 };
 
 /// Something an operator wants to know.
-enum class NoteKind { kSensor, kClock, kArrival, kFix, kRelocation, kClosure };
+enum class NoteKind { kSensor, kClock, kArrival, kFix, kRelocation, kClosure, kFailure };
 struct SurveyNote {
   NoteKind kind;
   double time_s;
