@@ -19,8 +19,8 @@
 namespace ssjs::bindings {
 namespace {
 
-constexpr std::array<const char*, kNavigationSensors> kSensorNames = {"attitude",     "compass",   "depth", "altitude",
-                                                                      "velocity_log", "side_scan", "fix",   "gyro"};
+constexpr std::array<const char*, kNavigationSensors> kSensorNames = {"attitude",  "compass", "depth", "altitude", "velocity_log",
+                                                                      "side_scan", "fix",     "gyro",  "camera"};
 
 template <std::size_t kSize>
 std::vector<double> upper_triangle(const Eigen::Matrix<double, kSize, kSize>& P) {
@@ -234,6 +234,17 @@ void add_levelled(py::module_& module) {
             log.add_fixes(time_s, Eigen::MatrixXd(position_m), sigma_m);
           },
           py::arg("time_s"), py::arg("position_m"), py::arg("sigma_m"), "position_m: n x 2, world frame; sigma_m: of each coordinate.")
+      .def(
+          "add_frames",
+          [](NavigationLog& log, const Eigen::VectorXd& time_s, const Array& pixel, const std::vector<std::int64_t>& count,
+             const std::optional<py::EigenDRef<const Eigen::MatrixXf>>& descriptor,
+             const std::optional<std::vector<std::int64_t>>& landmark_id) {
+            const Eigen::MatrixXf descriptors = descriptor ? Eigen::MatrixXf(*descriptor) : Eigen::MatrixXf(0, 0);
+            log.add_frames(time_s, Eigen::MatrixXd(pixel), count, descriptors, landmark_id);
+          },
+          py::arg("time_s"), py::arg("pixel"), py::arg("count"), py::arg("descriptor") = py::none(), py::arg("landmark_id") = py::none(),
+          "pixel: m x 2 (u, v of the corrected frame), those of the first frame first; count: of each frame; descriptor: m x d, float32; a "
+          "negative landmark_id means unknown.")
       .def("__len__", [](NavigationLog& log) { return log.ticks().size(); });
 
   module.def("run_levelled", &run, py::arg("config"), py::arg("log"), py::arg("progress") = py::none(), py::arg("seed") = 1,

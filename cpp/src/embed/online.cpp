@@ -19,7 +19,7 @@ namespace ssjs::online {
 inline namespace v1 {
 namespace {
 
-static_assert(kSensors == kNavigationSensors);
+static_assert(kSensors < kNavigationSensors);  // the camera, the last of them, is not part of this interface
 static_assert(static_cast<int>(SensorState::kWrongUnit) == static_cast<int>(ssjs::SensorState::kWrongUnit));
 static_assert(static_cast<int>(Note::kFailure) == static_cast<int>(NoteKind::kFailure));
 static_assert(static_cast<int>(Sensor::kGyro) == static_cast<int>(NavigationSensor::kGyro));

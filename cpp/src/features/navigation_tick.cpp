@@ -4,7 +4,8 @@ namespace ssjs {
 
 bool share_a_sensor(const NavigationTick& a, const NavigationTick& b) {
   return (a.gyro_rad_s && b.gyro_rad_s) || (a.roll_pitch_rad && b.roll_pitch_rad) || (a.compass_rad && b.compass_rad) ||
-         (a.depth_m && b.depth_m) || (a.altitude_m && b.altitude_m) || (a.velocity && b.velocity) || (a.fix && b.fix);
+         (a.depth_m && b.depth_m) || (a.altitude_m && b.altitude_m) || (a.velocity && b.velocity) || (a.fix && b.fix) ||
+         (a.frame && b.frame);
 }
 
 void take_in(NavigationTick& tick, const NavigationTick& more) {
@@ -18,6 +19,7 @@ void take_in(NavigationTick& tick, const NavigationTick& more) {
   take(tick.altitude_m, more.altitude_m);
   take(tick.velocity, more.velocity);
   take(tick.fix, more.fix);
+  take(tick.frame, more.frame);
   tick.sightings.insert(tick.sightings.end(), more.sightings.begin(), more.sightings.end());
 }
 

@@ -123,6 +123,47 @@ void NavigationLog::add_fixes(const Column& time_s, const Table& world_p_vehicle
   }
 }
 
+void NavigationLog::add_frames(const Column& time_s, const Table& pixel, const std::vector<std::int64_t>& count,
+                               const Eigen::Ref<const Eigen::MatrixXf>& descriptor,
+                               const std::optional<std::vector<std::int64_t>>& landmark_id) {
+  check_rows("frames, count", static_cast<Eigen::Index>(count.size()), time_s.size());
+  check_columns("frames, pixel", pixel.cols(), 2);
+  check_times("frames", time_s);
+  check_finite("frames, pixel", "u, v", pixel);
+  if (descriptor.rows() > 0) {
+    check_rows("frames, descriptor", descriptor.rows(), pixel.rows());
+    check_finite("frames, descriptor", "numbers", descriptor.cast<double>());
+  }
+  if (landmark_id) check_rows("frames, landmark_id", static_cast<Eigen::Index>(landmark_id->size()), pixel.rows());
+  Eigen::Index sightings = 0;
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] < 0 || count[i] > pixel.rows() - sightings) {
+      throw InvalidArgument("frames, row " + std::to_string(i + 1) + ", count", static_cast<double>(count[i]),
+                            "must not be negative nor more than the sightings that are left");
+    }
+    sightings += count[i];
+  }
+  if (sightings != pixel.rows()) {
+    throw InvalidArgument("frames, pixel", std::to_string(pixel.rows()) + " rows",
+                          "must be as many as count adds up to, " + std::to_string(sightings));
+  }
+  make_room(time_s.size());
+  Eigen::Index row = 0;
+  for (Eigen::Index i = 0; i < time_s.size(); ++i) {
+    NavigationTick tick = tick_at(time_s(i));
+    std::vector<CameraSighting>& seen = tick.frame.emplace().sightings;
+    seen.resize(static_cast<std::size_t>(count[static_cast<std::size_t>(i)]));
+    for (CameraSighting& sighting : seen) {
+      sighting.pixel = pixel.row(row);
+      if (descriptor.rows() > 0) sighting.descriptor = descriptor.row(row);
+      const std::int64_t id = landmark_id ? (*landmark_id)[static_cast<std::size_t>(row)] : -1;
+      if (id >= 0) sighting.landmark_id = id;
+      ++row;
+    }
+    add(std::move(tick));
+  }
+}
+
 /// Sensors that speak at the same times share their ticks before the next sensor comes: a long log takes little more than its ticks.
 void NavigationLog::make_room(Eigen::Index samples) {
   (void)ticks();

@@ -21,6 +21,7 @@ void SensorWatch::see(const NavigationTick& arrived) {
   spoke(NavigationSensor::kAltitude, arrived.altitude_m.has_value());
   spoke(NavigationSensor::kVelocityLog, arrived.velocity && arrived.velocity->bottom_lock);
   spoke(NavigationSensor::kSideScan, !arrived.sightings.empty());
+  spoke(NavigationSensor::kCamera, arrived.frame.has_value());
   spoke(NavigationSensor::kFix, arrived.fix.has_value());
   spoke(NavigationSensor::kGyro, arrived.gyro_rad_s.has_value());
 }
@@ -59,8 +60,8 @@ double SensorWatch::unused_s(NavigationSensor sensor, double time_s) const {
 }
 
 const char* name_of(NavigationSensor sensor) {
-  constexpr std::array<const char*, kNavigationSensors> kNames = {"attitude",     "compass",   "depth", "altitude",
-                                                                  "velocity log", "sightings", "fix",   "gyro"};
+  constexpr std::array<const char*, kNavigationSensors> kNames = {"attitude",  "compass", "depth", "altitude", "velocity log",
+                                                                  "sightings", "fix",     "gyro",  "camera"};
   return kNames[index(sensor)];
 }
 

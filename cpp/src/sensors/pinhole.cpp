@@ -1,6 +1,10 @@
 #include "ssjs/sensors/pinhole.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
 
 #include "ssjs/base/error.hpp"
 
@@ -49,6 +53,17 @@ PixelPrediction<L> prediction_of(const Eigen::Vector3d& camera_p, const Eigen::M
 }
 
 }  // namespace
+
+std::optional<PinholeCamera> pinhole_camera(const CameraConfig& config) {
+  const std::pair<const char*, bool> parts[] = {{"width_px", config.width_px.has_value()}, {"height_px", config.height_px.has_value()},
+                                                {"fx_px", config.fx_px.has_value()},       {"fy_px", config.fy_px.has_value()},
+                                                {"cx_px", config.cx_px.has_value()},       {"cy_px", config.cy_px.has_value()}};
+  if (std::none_of(std::begin(parts), std::end(parts), [](const auto& part) { return part.second; })) return std::nullopt;
+  for (const auto& [name, given] : parts) {
+    if (!given) throw InvalidArgument(std::string("camera.") + name, "missing", "must be given, as the rest of the camera is");
+  }
+  return PinholeCamera{*config.width_px, *config.height_px, *config.fx_px, *config.fy_px, *config.cx_px, *config.cy_px};
+}
 
 Se3 vehicle_T_camera(const CameraConfig& config) {
   return {{config.mount_forward_m, config.mount_starboard_m, config.mount_down_m},

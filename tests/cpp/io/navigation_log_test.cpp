@@ -53,6 +53,28 @@ TEST(NavigationLog, SightingsOfOneTimeAreAllKeptWithTheirCovariances) {
   EXPECT_EQ(*seen[0].covariance, expected);
 }
 
+TEST(NavigationLog, FramesHoldTheirOwnSightings) {
+  NavigationLog log;
+  Eigen::MatrixXd pixel(3, 2);
+  pixel << 1.0, 2.0, 3.0, 4.0, 5.0, 6.0;
+  Eigen::MatrixXf descriptor(3, 2);
+  descriptor << 0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F;
+  log.add_frames(times({1.0, 2.0, 3.0}), pixel, {2, 0, 1}, descriptor, std::vector<std::int64_t>{7, -1, 8});
+  ASSERT_EQ(log.ticks().size(), 3U);
+  const std::vector<CameraSighting>& first = log.ticks()[0].frame->sightings;
+  ASSERT_EQ(first.size(), 2U);
+  EXPECT_EQ(first[1].pixel, Eigen::Vector2d(3.0, 4.0));
+  EXPECT_EQ(first[1].descriptor, Eigen::Vector2f(0.3F, 0.4F));
+  EXPECT_EQ(first[0].landmark_id, 7);
+  EXPECT_FALSE(first[1].landmark_id);
+  EXPECT_TRUE(log.ticks()[1].frame->sightings.empty());
+  EXPECT_EQ(log.ticks()[2].frame->sightings[0].landmark_id, 8);
+  const Eigen::MatrixXf none(0, 0);
+  EXPECT_THROW(log.add_frames(times({4.0}), pixel, {2}, none, std::nullopt), InvalidArgument);          // a sighting is left over
+  EXPECT_THROW(log.add_frames(times({4.0, 5.0}), pixel, {4, 0}, none, std::nullopt), InvalidArgument);  // and one too few
+  EXPECT_THROW(log.add_frames(times({4.0}), pixel, {3}, descriptor.topRows(2), std::nullopt), InvalidArgument);
+}
+
 TEST(NavigationLog, AVelocityWithoutBottomLockMayBeAnything) {
   NavigationLog log;
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -52,7 +52,7 @@ def test_the_track_is_better_than_dead_reckoning_and_honest(finished: Path) -> N
     assert summary["landmarks_false"] == 0
     assert 0.2 < summary["nees_joint_per_dof"] < 2.0
     assert summary["steps"] == 7023
-    assert set(summary["sensors"]) == {"attitude", "compass", "depth", "altitude", "velocity_log", "side_scan", "fix", "gyro"}
+    assert set(summary["sensors"]) == {"attitude", "compass", "depth", "altitude", "velocity_log", "side_scan", "fix", "gyro", "camera"}
 
 
 def test_landmarks_say_how_often_they_were_passed_and_contacts_are_the_confirmed_ones(finished: Path, survey: Path) -> None:

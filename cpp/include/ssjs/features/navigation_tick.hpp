@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "ssjs/base/archive.hpp"
+#include "ssjs/sensors/camera_frame.hpp"
 #include "ssjs/sensors/navigation_sensors.hpp"
 #include "ssjs/sensors/position_fix.hpp"
 #include "ssjs/sensors/side_scan.hpp"
@@ -22,6 +23,7 @@ struct NavigationTick {
   std::optional<VelocitySample> velocity;
   std::optional<PositionFix> fix;
   SideScanSightings sightings;
+  std::optional<CameraFrame> frame;  ///< its sightings in the pixels of the corrected frame
 
   void archive(Archive& a) {
     a("time_s", time_s);
@@ -33,6 +35,7 @@ struct NavigationTick {
     a("velocity", velocity);
     a("fix", fix);
     a("sightings", sightings);
+    a("frame", frame);
   }
 };
 

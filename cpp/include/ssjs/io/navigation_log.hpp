@@ -32,6 +32,11 @@ class NavigationLog {
   /// position: n x 2, world frame, m; sigma_m: of each coordinate.
   void add_fixes(const Column& time_s, const Table& world_p_vehicle, const Column& sigma_m);
 
+  /// A frame a time, which may show nothing. pixel: m x 2, u and v of the corrected frame, those of the first frame first; count: how many
+  /// of them each frame has. descriptor: m x d, or no rows: not known. A negative landmark_id is unknown.
+  void add_frames(const Column& time_s, const Table& pixel, const std::vector<std::int64_t>& count,
+                  const Eigen::Ref<const Eigen::MatrixXf>& descriptor, const std::optional<std::vector<std::int64_t>>& landmark_id);
+
   [[nodiscard]] const std::vector<NavigationTick>& ticks();
 
  private:

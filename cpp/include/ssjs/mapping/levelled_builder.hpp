@@ -23,8 +23,8 @@ namespace ssjs {
 /// In gyro_step_s: a gyro that is silent for longer says nothing of the turn.
 inline constexpr double kGyroHolds = 20.0;
 
-enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro };
-inline constexpr std::size_t kNavigationSensors = 8;
+enum class NavigationSensor { kAttitude, kCompass, kDepth, kAltitude, kVelocityLog, kSideScan, kFix, kGyro, kCamera };
+inline constexpr std::size_t kNavigationSensors = 9;
 
 /// Of one sensor over the mission. The normalised innovations of the used samples, each against the prediction of the filter. A gyro has
 /// none: its rates are inputs. Fixes are judged by who joins the maps.

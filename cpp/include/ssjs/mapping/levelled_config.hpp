@@ -8,6 +8,7 @@
 #include "ssjs/mapping/split_policy.hpp"
 #include "ssjs/sensors/constant_velocity.hpp"
 #include "ssjs/sensors/navigation_sensors.hpp"
+#include "ssjs/sensors/pinhole.hpp"
 #include "ssjs/sensors/side_scan.hpp"
 
 namespace ssjs {
@@ -75,6 +76,7 @@ struct LevelledBuilderConfig {
   AltitudeConfig altitude;
   VelocityLogConfig velocity_log;
   SideScanConfig side_scan;
+  CameraConfig camera;
   LevelledStartConfig start;
   LevelledSplitConfig split;
   ScanAssociationConfig association;
@@ -91,6 +93,7 @@ struct LevelledBuilderConfig {
     v.section("altitude", altitude, "height above the seabed");
     v.section("velocity_log", velocity_log, "Doppler velocity log");
     v.section("side_scan", side_scan, "side-scan sightings");
+    v.section("camera", camera, "the camera: its corrected frames, mounting and noise");
     v.section("start", start, "the vehicle when a map starts");
     v.section("split", split, "when a map is closed");
     v.section("association", association, "which sighting is of which landmark of the map");

@@ -12,6 +12,8 @@
 namespace ssjs {
 
 struct CameraConfig {
+  std::optional<int> width_px, height_px;
+  std::optional<double> fx_px, fy_px, cx_px, cy_px;
   double sigma_px = 1.0;
   double relief = 0.3;
   double mount_roll_rad = 0.0, mount_pitch_rad = 0.0, mount_yaw_rad = 1.5707963267948966;
@@ -19,6 +21,13 @@ struct CameraConfig {
   double gate_probability = 0.999;
   template <class Visitor>
   void visit(Visitor& v) {
+    v.field("width_px", width_px, Rule::at_least(1),
+            "columns of a frame whose lens is corrected; from the calibration file, as the next five");
+    v.field("height_px", height_px, Rule::at_least(1), "rows of it");
+    v.field("fx_px", fx_px, Rule::positive(), "focal length of the corrected frame, along its columns");
+    v.field("fy_px", fy_px, Rule::positive(), "... along its rows");
+    v.field("cx_px", cx_px, Rule::any(), "column in which the camera looks straight ahead; the first is 0");
+    v.field("cy_px", cy_px, Rule::any(), "row of the same");
     v.field("sigma_px", sigma_px, Rule::positive(), "noise of a keypoint, along each axis");
     v.field("relief", relief, Rule::open(0, 1),
             "standard deviation of a new point's inverse depth, as a part of what a level seabed would give");
@@ -33,6 +42,9 @@ struct CameraConfig {
     v.field("gate_probability", gate_probability, Rule::open(0, 1), "of the pairing of a keypoint with a landmark");
   }
 };
+
+/// The camera of the corrected frames; nothing where the configuration has none. Throws InvalidArgument naming what is missing of one.
+[[nodiscard]] std::optional<PinholeCamera> pinhole_camera(const CameraConfig& config);
 
 /// vehicle_T_camera: camera x along the columns, y along the rows, z ahead.
 [[nodiscard]] Se3 vehicle_T_camera(const CameraConfig& config);
