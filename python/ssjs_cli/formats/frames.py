@@ -11,11 +11,12 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.camera_calibration import CameraCalibration, read_calibration
 from ssjs_cli.formats.file_digest import file_digest
-from ssjs_cli.formats.number_table import FloatArray, NumberTable, holds_file, read_text, require_finite, require_times_in_order
+from ssjs_cli.formats.number_table import FloatArray, IntArray, NumberTable, holds_file, read_text, require_finite, require_times_in_order
 from ssjs_cli.formats.physical_bounds import require_plausible
 
 FRAMES_FOLDER = "frames"
@@ -35,6 +36,17 @@ class FrameIndex:
 
     def path(self, frame: int) -> Path:
         return self.folder / self.files[frame]
+
+
+@dataclass(frozen=True)
+class FrameKeypoints:
+    """Of the frames that were used: time_s (n,), count (n,) keypoints of each; pixel (m, 2) u, v of the corrected frame and descriptor
+    (m, d), those of the first frame first."""
+
+    time_s: FloatArray
+    count: IntArray
+    pixel: FloatArray
+    descriptor: NDArray[np.float32]
 
 
 def read_frames(directory: Path) -> FrameIndex | None:

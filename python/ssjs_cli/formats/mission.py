@@ -22,6 +22,7 @@ from ssjs_cli.formats.frames import (
     FRAME_INDEX_FILE,
     FRAMES_FOLDER,
     FrameIndex,
+    FrameKeypoints,
     frame_digests,
     index_text,
     outline_frames,
@@ -246,7 +247,8 @@ class Reference:
 @dataclass(frozen=True)
 class Mission:
     """A planar vehicle has odometry; an underwater one may have navigation instead, or the frames of a camera alone. `recording` writes the
-    sonar logs of a mission that is not on disk yet into the folder it is given; `photographs` the pictures of its frames."""
+    sonar logs of a mission that is not on disk yet into the folder it is given; `photographs` the pictures of its frames. `keypoints`:
+    what was found in the frames, which no file holds."""
 
     name: str
     odometry: Odometry | None = None
@@ -260,6 +262,7 @@ class Mission:
     recording: Callable[[Path], None] | None = None
     frames: FrameIndex | None = None
     photographs: Callable[[Path], None] | None = None
+    keypoints: FrameKeypoints | None = None
     navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))

@@ -59,6 +59,8 @@ CONTACTS_GPKG_FILE = "contacts.gpkg"
 ALTITUDE_FILE = "altitude.csv"
 SIGHTINGS_FILE = "sightings.csv"
 COVERAGE_FILE = "coverage.npz"
+FRAMES_FILE = "frames.csv"
+KEYFRAMES_FOLDER = "keyframes"
 SNIPPETS_FOLDER = "snippets"
 WATERFALL_FOLDER = "waterfall"
 WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
@@ -94,6 +96,8 @@ RUN_FILES = (
     ALTITUDE_FILE,
     SIGHTINGS_FILE,
     COVERAGE_FILE,
+    FRAMES_FILE,
+    KEYFRAMES_FOLDER,
     SNIPPETS_FOLDER,
     WATERFALL_FOLDER,
 )
