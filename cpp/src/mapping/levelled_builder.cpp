@@ -24,6 +24,7 @@ constexpr double kShortestFixedMapS = 5.0;    // a fix does not close a younger 
 constexpr double kFixWaitsS = 2.0;            // ... and waits so long for a velocity that the next map begins with
 constexpr double kSilenceS = 5.0;             // without any sample, and ten times as long as usual: the vehicle may have done anything ...
 constexpr double kUnusual = 10.0;
+constexpr double kDoubtedFor_s = 3.0;  // a gyro went astray before it showed
 constexpr double kSteepest = 1.4;      // rad of pitch, beyond which attitude has no derivatives and no such vehicle goes
 constexpr double kForgottenS = 900.0;  // ... and after this nothing of it is known
 constexpr double kLongestS = 1e6;      // no vehicle is under way for longer; squares of more leave a covariance no digits
@@ -211,6 +212,17 @@ void LevelledBuilder::add_doubt(double gap_s) {
   const double way_m = gap_s * filter_.vehicle().segment<2>(Layout::kVelocity).norm();
   doubt.Q.topLeftCorner<2, 2>().diagonal().setConstant(squared(0.5 * way_m));
   filter_.predict(doubt);
+}
+
+void LevelledBuilder::doubt_attitude(const Eigen::Vector3d& sigma_rad) {
+  if (!started_) return;
+  VehiclePrediction doubt{filter_.vehicle(), VehicleMatrix::Identity(), VehicleMatrix::Zero()};
+  const double way_m = kDoubtedFor_s * filter_.vehicle().segment<2>(Layout::kVelocity).norm();
+  doubt.Q.diagonal().segment<3>(Layout::kAttitude) = sigma_rad.array().square();
+  doubt.Q.topLeftCorner<2, 2>().diagonal().setConstant(squared(way_m * sigma_rad.z()));
+  filter_.predict(doubt);
+  met_[static_cast<std::size_t>(NavigationSensor::kAttitude)] = false;
+  met_[static_cast<std::size_t>(NavigationSensor::kCompass)] = false;
 }
 
 /// A pitch that no such vehicle has comes of samples that were believed and wrong: tilt is met anew.

@@ -43,6 +43,7 @@ SensorStatistics LevelledPipeline::statistics(NavigationSensor sensor) const {
 LevelledReport LevelledPipeline::feed(const NavigationTick& arrived) {
   if (finished_) throw InvalidArgument("tick", arrived.time_s, "the mission is finished");
   const NavigationTick& tick = guard_.pass(arrived);
+  if (guard_.astray_rad()) builder_.doubt_attitude(*guard_.astray_rad());
   LevelledReport report;
   TickResult local = builder_.feed(tick);
   dead_reckoning_.feed(tick);

@@ -74,7 +74,9 @@ void OnlineSurvey::step(const NavigationTick& tick) {
   std::array<SensorStatistics, kNavigationSensors> before;
   const auto statistics = [&](std::size_t i) { return builder_.statistics(static_cast<NavigationSensor>(i)); };
   for (std::size_t i = 0; i < kNavigationSensors; ++i) before[i] = statistics(i);
-  TickResult local = builder_.feed(guard_.pass(tick));
+  const NavigationTick& believed = guard_.pass(tick);
+  if (guard_.astray_rad()) builder_.doubt_attitude(*guard_.astray_rad());
+  TickResult local = builder_.feed(believed);
   ++steps_;
   for (std::size_t i = 0; i < kNavigationSensors; ++i) {
     const SensorStatistics now = statistics(i);

@@ -33,7 +33,9 @@ double unremarkable(NavigationSensor sensor) {
 
 }  // namespace
 
-SensorGuard::SensorGuard(const GuardConfig& config) : config_(config) { throw_if_any(violations(config)); }
+SensorGuard::SensorGuard(const GuardConfig& config) : config_(config), gyro_(config.gyro_disagreement_rad, config.recover_samples) {
+  throw_if_any(violations(config));
+}
 
 bool SensorGuard::in_range(NavigationSensor sensor, const Values& v) const {
   const double most = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
@@ -156,6 +158,13 @@ const NavigationTick& SensorGuard::pass(const NavigationTick& arrived) {
   if (tick.velocity && tick.velocity->bottom_lock) {
     const Eigen::Vector3d& v = tick.velocity->velocity_m_s;
     if (!believe(NavigationSensor::kVelocityLog, t, {v.x(), v.y(), v.z()})) tick.velocity.reset();
+  }
+  gyro_.see(tick);
+  if (gyro_.is_doubted()) {
+    Watched& gyro = watched_[index(NavigationSensor::kGyro)];
+    if (gyro.fault == SampleFault::kNone) gyro.fault = SampleFault::kAlone;
+    if (tick.gyro_rad_s) ++gyro.refused;
+    tick.gyro_rad_s.reset();
   }
   limit_sightings(tick);
   return tick;

@@ -47,6 +47,7 @@ SensorState SensorWatch::state(NavigationSensor sensor, double time_s, double si
       return SensorState::kWrongUnit;
     case SampleFault::kRange:
     case SampleFault::kFlood:
+    case SampleFault::kAlone:
       return SensorState::kRefused;
     case SampleFault::kNone:
       break;
@@ -78,6 +79,9 @@ std::string advice_for(NavigationSensor sensor, SensorState state) {
   if (sensor == NavigationSensor::kVelocityLog) {
     return state == SensorState::kSilent ? "no velocity over the bottom: the position drifts; go nearer to the bottom, or surface for a fix"
                                          : "velocity log refused: check its mounting and noise; surface for a fix";
+  }
+  if (sensor == NavigationSensor::kGyro && state == SensorState::kRefused) {
+    return "gyro turns otherwise than attitude and compass: check its unit, its axes and its driver; it is not used";
   }
   if (sensor == NavigationSensor::kSideScan) return "more sightings than there can be: raise the detector's threshold";
   if (sensor == NavigationSensor::kFix) return "fixes contradict the estimate: check their frame, or set the pose";

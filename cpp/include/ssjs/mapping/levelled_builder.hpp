@@ -71,6 +71,10 @@ class LevelledBuilder {
   /// points without identities; nowhere else.
   TickResult feed(const NavigationTick& tick);
 
+  /// The attitude may be wrong by these standard deviations (roll, pitch, yaw; rad) that the filter knows nothing of, and was for some
+  /// seconds: attitude and compass are met anew. Nothing before the first tick. docs/faults.md
+  void doubt_attitude(const Eigen::Vector3d& sigma_rad);
+
   /// Finishes the present map as it is, at the end of a mission. Nothing before the first tick.
   [[nodiscard]] std::optional<LevelledSubmap> finish(const std::string& reason);
 

@@ -8,6 +8,7 @@
 
 #include "ssjs/base/config_field.hpp"
 #include "ssjs/mapping/levelled_builder.hpp"
+#include "ssjs/pipeline/gyro_witness.hpp"
 
 namespace ssjs {
 
@@ -18,6 +19,7 @@ enum class SampleFault {
   kUnit,   ///< out of range or a leap, and what it would be in another unit is where the last one was
   kStuck,  ///< the very same value again and again, while others move
   kFlood,  ///< more sightings than the vehicle can pass
+  kAlone,  ///< what other sensors say of the same is otherwise
 };
 
 struct GuardConfig {
@@ -30,6 +32,7 @@ struct GuardConfig {
   int stuck_samples = 20;
   int recover_samples = 20;
   std::optional<int> max_sightings_per_min = 300;
+  std::optional<double> gyro_disagreement_rad = 0.1;
   template <class Visitor>
   void visit(Visitor& v) {
     v.field("max_depth_m", max_depth_m, Rule::positive(), "a deeper reading is not believed");
@@ -45,6 +48,10 @@ struct GuardConfig {
         "recover_samples", recover_samples, Rule::at_least(1),
         "a sensor that was found out of range or in another unit is believed after so many good samples in a row, twice as many each time");
     v.field("max_sightings_per_min", max_sightings_per_min, Rule::at_least(1), "more sightings are a flood and are refused");
+    v.field(
+        "gyro_disagreement_rad", gyro_disagreement_rad, Rule::positive(),
+        "a gyro that turned by so much otherwise than attitude and compass, by the medians of fifteen of their samples, is not believed; "
+        "without it nobody looks");
   }
 };
 
@@ -57,6 +64,9 @@ class SensorGuard {
 
   [[nodiscard]] SampleFault fault(NavigationSensor sensor) const { return watched_[index(sensor)].fault; }
   [[nodiscard]] std::int64_t refused(NavigationSensor sensor) const { return watched_[index(sensor)].refused; }
+  /// Standard deviations of roll, pitch and yaw (rad) by which the filter may have been turned by a gyro that pass() has just begun to
+  /// doubt.
+  [[nodiscard]] const std::optional<Eigen::Vector3d>& astray_rad() const { return gyro_.astray_rad(); }
   [[nodiscard]] const GuardConfig& config() const { return config_; }
 
  private:
@@ -76,7 +86,7 @@ class SensorGuard {
     double believed_s = 0.0;
 
     void archive(Archive& a) {
-      a.choice("fault", fault, SampleFault::kFlood);
+      a.choice("fault", fault, SampleFault::kAlone);
       a("refused", refused);
       a("good_in_a_row", good_in_a_row);
       a("needed", needed);
@@ -103,6 +113,7 @@ class SensorGuard {
   std::int64_t changes_ = 0;              ///< of any sensor's value
   std::optional<double> sightings_left_;  ///< of the allowance that refills
   double refilled_s_ = 0.0;
+  GyroWitness gyro_;
   NavigationTick passed_;  ///< of the tick at hand
 
  public:
@@ -111,6 +122,7 @@ class SensorGuard {
     a("changes", changes_);
     a("sightings_left", sightings_left_);
     a("refilled_s", refilled_s_);
+    a("gyro", gyro_);
   }
 };
 
