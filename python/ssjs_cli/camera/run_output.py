@@ -1,4 +1,4 @@
-"""What the run of a camera mission leaves beside its estimate: what became of every frame, keyframes, and the errors of its landmarks."""
+"""What the run of a camera mission leaves beside its estimate: what became of every frame, pictures, and the errors of its landmarks."""
 
 import csv
 import io
@@ -8,19 +8,31 @@ from pathlib import Path
 from typing import Any
 
 from ssjs_cli.camera.frame_reading import LOST_KINDS, FrameOutcome
+from ssjs_cli.config import Scalar
 from ssjs_cli.formats.mission import Mission
 from ssjs_cli.formats.run_directory import FRAMES_FILE, Estimate
+from ssjs_cli.optical.camera_output import write_camera_pictures
 
 FRAME_COLUMNS = ("time_s", "file", "left_out", "reason", "regions", "keypoints")
 MAX_LEFT_OUT_FRACTION = 0.1
 
 
 def write_camera(
-    directory: Path, mission: Mission, estimate: Estimate, result: Mapping[str, Any], outcomes: Sequence[FrameOutcome]
+    directory: Path,
+    mission: Mission,
+    estimate: Estimate,
+    result: Mapping[str, Any],
+    settings: Mapping[str, Scalar],
+    outcomes: Sequence[FrameOutcome],
 ) -> dict[str, Any]:
     """The answer: what summary.json says of it."""
     (directory / FRAMES_FILE).write_text(_frames_csv(outcomes), encoding="utf-8")
-    return frame_numbers(outcomes)
+    numbers = frame_numbers(outcomes)
+    if mission.frames is not None:
+        used = [(outcome.time_s, outcome.file) for outcome in outcomes if not outcome.kind]
+        altitude = None if mission.navigation is None else mission.navigation.altitude
+        write_camera_pictures(directory, mission.frames, used, numbers["frames_with_region"], estimate.final, altitude, result, settings)
+    return numbers
 
 
 def frame_numbers(outcomes: Sequence[FrameOutcome]) -> dict[str, Any]:

@@ -60,10 +60,11 @@ ALTITUDE_FILE = "altitude.csv"
 SIGHTINGS_FILE = "sightings.csv"
 COVERAGE_FILE = "coverage.npz"
 FRAMES_FILE = "frames.csv"
-KEYFRAMES_FOLDER = "keyframes"
 SNIPPETS_FOLDER = "snippets"
 WATERFALL_FOLDER = "waterfall"
 WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
+PICTURES_FOLDER = "pictures"
+PICTURES_INDEX_FILE = "pictures.json"  # in that folder
 RUN_FILES = (
     SUMMARY_FILE,
     CONFIG_FILE,
@@ -97,9 +98,9 @@ RUN_FILES = (
     SIGHTINGS_FILE,
     COVERAGE_FILE,
     FRAMES_FILE,
-    KEYFRAMES_FOLDER,
     SNIPPETS_FOLDER,
     WATERFALL_FOLDER,
+    PICTURES_FOLDER,
 )
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"
