@@ -202,7 +202,7 @@ void add_optical(py::module_& module) {
                              })
       .def_property_readonly("regions", &frame_regions)
       .def_property_readonly("keypoints", &keypoint_table)
-      .def_property_readonly("descriptors", &descriptor_rows, "Row by row those of the keypoints, float32.");
+      .def_property_readonly("descriptors", &descriptor_rows, "Row by row those of the keypoints, float32.")
       .def(
           "straightened",
           [](const FrameFeatures& features, const py::dict& calibration) {
