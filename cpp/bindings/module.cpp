@@ -52,6 +52,8 @@ PYBIND11_MODULE(_core, module) {
   add_imaging(module);
   add_segmentation(module);
   add_optical(module);
+  add_visual_odometry(module);
+  add_mosaic(module);
   add_cascade(module);
   add_survey(module);
   add_sonar_loop(module);

@@ -13,9 +13,11 @@
 
 #include "arrays.hpp"
 #include "config.hpp"
+#include "frame_arrays.hpp"
 #include "parts.hpp"
 #include "region_tables.hpp"
 #include "ssjs/optical/frame_reader.hpp"
+#include "ssjs/optical/lens_estimate.hpp"
 
 namespace ssjs::bindings {
 namespace {
@@ -30,25 +32,6 @@ struct FrameSettings {
     v.section("matching", matching, "the same keypoints in two frames");
   }
 };
-
-/// Grey (rows, columns) or colour (rows, columns, 3: red, green, blue), 8 bits; copied, as the frame may be looked at without the lock.
-cv::Mat frame_from(const py::array& array) {
-  const bool is_colour = array.ndim() == 3 && array.shape(2) == 3;
-  if ((array.ndim() != 2 && !is_colour) || mat_depth(array.dtype()) != CV_8U || array.size() == 0) {
-    throw InvalidArgument("frame", array_text(array), "must be uint8 of shape (rows, columns) or (rows, columns, 3)");
-  }
-  const auto dense = py::array_t<unsigned char, py::array::c_style | py::array::forcecast>::ensure(array);
-  cv::Mat frame(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), is_colour ? CV_8UC3 : CV_8U);
-  std::copy_n(dense.data(), dense.size(), frame.data);
-  return frame;
-}
-
-py::array frame_array(const cv::Mat& frame) {
-  if (frame.channels() == 1) return picture_array(frame);
-  py::array_t<unsigned char> array({frame.rows, frame.cols, frame.channels()});
-  for (int r = 0; r < frame.rows; ++r) std::copy_n(frame.ptr(r), frame.cols * frame.channels(), array.mutable_data(r, 0, 0));
-  return array;
-}
 
 std::optional<CameraCalibration> calibration_from(const std::optional<py::dict>& values) {
   if (!values) return std::nullopt;
@@ -75,6 +58,52 @@ std::optional<CameraCalibration> calibration_from(const std::optional<py::dict>&
   return calibration;
 }
 
+py::dict calibration_table(const CameraCalibration& calibration) {
+  py::dict table;
+  table["width_px"] = calibration.camera.width_px;
+  table["height_px"] = calibration.camera.height_px;
+  table["focal_x_px"] = calibration.camera.focal_x_px;
+  table["focal_y_px"] = calibration.camera.focal_y_px;
+  table["centre_x_px"] = calibration.camera.centre_x_px;
+  table["centre_y_px"] = calibration.camera.centre_y_px;
+  table["skew_px"] = calibration.skew_px;
+  table["lens"] = calibration.lens == LensModel::kPinhole ? "pinhole" : calibration.lens == LensModel::kBrown ? "brown" : "equidistant";
+  table["distortion"] = std::vector<double>(calibration.distortion.begin(), calibration.distortion.end());
+  return table;
+}
+
+using PixelRows = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+std::vector<cv::Point2d> pixels_from(const PixelRows& array, const char* name) {
+  if (array.ndim() != 2 || array.shape(1) != 2) throw InvalidArgument(name, array_text(array), "must be of shape (n, 2)");
+  std::vector<cv::Point2d> pixels;
+  for (py::ssize_t i = 0; i < array.shape(0); ++i) pixels.emplace_back(array.at(i, 0), array.at(i, 1));
+  return pixels;
+}
+
+py::object lens_estimate(const std::vector<std::pair<PixelRows, PixelRows>>& pairs, int width_px, int height_px, double tolerance_px) {
+  std::vector<MatchedPixels> matched;
+  for (const auto& [first, second] : pairs) matched.push_back({pixels_from(first, "first_px"), pixels_from(second, "second_px")});
+  std::optional<LensEstimate> found;
+  {
+    const py::gil_scoped_release release;
+    found = estimate_lens(matched, {width_px, height_px}, tolerance_px);
+  }
+  if (!found) return py::none();
+  py::dict table;
+  table["calibration"] = calibration_table(found->calibration);
+  table["rms_before_px"] = found->rms_before_px;
+  table["rms_after_px"] = found->rms_after_px;
+  return table;
+}
+
+py::array through_lens(const PixelRows& array, const py::dict& calibration, bool backwards) {
+  const CameraCalibration lens = *calibration_from(calibration);
+  std::vector<cv::Point2d> pixels = pixels_from(array, "pixel");
+  for (cv::Point2d& p : pixels) p = backwards ? undistorted(lens, p) : distorted(lens, p);
+  return rows<double, 2>(pixels, [](const cv::Point2d& p) { return xy(p); });
+}
+
 py::dict keypoint_table(const FrameFeatures& features) {
   const std::vector<Keypoint>& points = features.keypoints.points;
   py::dict table;
@@ -84,6 +113,24 @@ py::dict keypoint_table(const FrameFeatures& features) {
   table["response"] = column<double>(points, [](const Keypoint& keypoint) { return keypoint.response; });
   table["region"] = column<int>(features.region_of, [](int label) { return label; });
   return table;
+}
+
+/// One row a keypoint. ORB's bits become numbers: their squared distance is the number of bits that differ.
+py::array_t<float> descriptor_rows(const FrameFeatures& features) {
+  const cv::Mat& descriptors = features.keypoints.descriptors;
+  const bool is_bits = descriptors.depth() == CV_8U;
+  const int columns = is_bits ? 8 * descriptors.cols : descriptors.cols;
+  py::array_t<float> array({descriptors.rows, columns});
+  for (int r = 0; r < descriptors.rows; ++r) {
+    float* to = array.mutable_data(r, 0);
+    if (!is_bits) {
+      std::copy_n(descriptors.ptr<float>(r), columns, to);
+      continue;
+    }
+    const unsigned char* bytes = descriptors.ptr(r);
+    for (int c = 0; c < columns; ++c) to[c] = ((bytes[c / 8] >> (c % 8)) & 1) != 0 ? 1.0F : 0.0F;
+  }
+  return array;
 }
 
 py::dict frame_regions(const FrameFeatures& features) {
@@ -119,6 +166,9 @@ void add_optical(py::module_& module) {
       "frame_fields", [] { return fields_of<FrameSettings>(); },
       "Settings of the way from frames to registered frames, as config_fields() lists those of the estimator.");
   module.def(
+      "validate_frames", [](const py::dict& values) { return violations(config_from<FrameSettings>(values)); }, py::arg("values"),
+      "Every violation of them, as text; unknown keys raise ValueError.");
+  module.def(
       "has_keypoints",
       [](const std::string& kind) {
         return (kind == "surf" && has_keypoints(KeypointKind::kSurf)) || (kind == "sift" && has_keypoints(KeypointKind::kSift)) ||
@@ -129,6 +179,15 @@ void add_optical(py::module_& module) {
   module.def(
       "check_calibration", [](const py::dict& calibration) { check_calibration(*calibration_from(calibration)); }, py::arg("calibration"),
       "Raises ValueError that names what is wrong.");
+
+  module.def("estimate_lens", &lens_estimate, py::arg("pairs"), py::arg("width_px"), py::arg("height_px"), py::arg("tolerance_px"),
+             "The radial lens of an uncalibrated camera from matched pixels (n, 2), (n, 2) of its frames; None where they tell nothing.");
+  module.def(
+      "undistorted", [](const PixelRows& pixel, const py::dict& calibration) { return through_lens(pixel, calibration, true); },
+      py::arg("pixel"), py::arg("calibration"), "Where the camera without its lens would show what was seen at pixel (n, 2).");
+  module.def(
+      "distorted", [](const PixelRows& pixel, const py::dict& calibration) { return through_lens(pixel, calibration, false); },
+      py::arg("pixel"), py::arg("calibration"), "The inverse of undistorted().");
 
   py::class_<FrameFeatures, std::shared_ptr<FrameFeatures>>(module, "FrameFeatures",
                                                             "What one frame holds; pixels with the lens corrected.")
@@ -142,7 +201,14 @@ void add_optical(py::module_& module) {
                                return quality;
                              })
       .def_property_readonly("regions", &frame_regions)
-      .def_property_readonly("keypoints", &keypoint_table);
+      .def_property_readonly("keypoints", &keypoint_table)
+      .def_property_readonly("descriptors", &descriptor_rows, "Row by row those of the keypoints, float32.")
+      .def(
+          "straightened",
+          [](const FrameFeatures& features, const py::dict& calibration) {
+            return std::make_shared<FrameFeatures>(straightened(features, *calibration_from(calibration)));
+          },
+          py::arg("calibration"), "The same without a lens that was not known when the frame was read.");
 
   py::class_<FrameReader>(module, "FrameReader", "From a frame as taken to keypoints.")
       .def(py::init([](const py::dict& config, const std::optional<py::dict>& calibration) {

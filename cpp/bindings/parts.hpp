@@ -14,6 +14,8 @@ void add_features(pybind11::module_& module);
 void add_imaging(pybind11::module_& module);
 void add_segmentation(pybind11::module_& module);
 void add_optical(pybind11::module_& module);
+void add_visual_odometry(pybind11::module_& module);
+void add_mosaic(pybind11::module_& module);
 void add_cascade(pybind11::module_& module);
 void add_survey(pybind11::module_& module);
 void add_sonar_loop(pybind11::module_& module);

@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
+from ssjs_cli.camera.frame_reading import FrameOutcome, with_keypoints
+from ssjs_cli.camera.run_output import doubtful_frames, write_camera
+from ssjs_cli.camera.settings import camera_of
 from ssjs_cli.config import (
     ASSOCIATION_KEY,
     DEFAULT_SEED,
@@ -38,7 +41,7 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import Evaluation, evaluate
 from ssjs_cli.formats.atomic import check_replaceable, new_directory
 from ssjs_cli.formats.mission import MISSION_FILE, Mission, Observations, Odometry, input_digests, mission_directory, read_mission
-from ssjs_cli.formats.navigation import IMU_FILE, POSITION_FIXES_FILE
+from ssjs_cli.formats.navigation import POSITION_FIXES_FILE
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import (
     CONFIG_FILE,
@@ -54,6 +57,9 @@ from ssjs_cli.formats.run_directory import (
     write_estimate,
 )
 from ssjs_cli.methods import refuse_elsewhere
+from ssjs_cli.optical.frame_settings import FRAMES_ALONE, PRESET, FrameSettings
+from ssjs_cli.optical.planar_output import write_planar_survey
+from ssjs_cli.optical.planar_survey import PlanarSurvey, planar_survey
 from ssjs_cli.progress import interruptible, working
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.session import Session
@@ -126,7 +132,11 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
     if kind is UNDERWATER:
         refuse_planar_options(request, directory)
-        layers[:0] = [rotation_drive(mission, directory), north(mission, directory)]
+        layers[:0] = [rotation_drive(mission, directory), north(mission, directory), camera_of(mission, directory)]
+    if kind is FRAMES_ALONE:
+        if request.calibrate:
+            raise UserError(f"--calibrate: is for odometry of a vehicle, and {directory} holds frames alone; leave it out")
+        layers.insert(0, PRESET)
     layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
     if mission.odometry is not None and all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
@@ -156,6 +166,8 @@ def model_digests(settings: Settings) -> dict[str, str]:
 
 
 def settings_kind(mission: Mission) -> SettingsKind:
+    if mission.has_frames_alone:
+        return FRAMES_ALONE
     return UNDERWATER if mission.odometry is None else ESTIMATOR
 
 
@@ -167,10 +179,8 @@ def refuse_planar_options(request: RunRequest, directory: Path) -> None:
 
 def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[str]) -> Any:
     """The records of a mission as the estimator takes them."""
-    if mission.has_frames_alone:
-        raise UserError(
-            f"{directory}: holds frames and no {IMU_FILE}; give what the vehicle measures of itself beside them (attitude at least)"
-        )
+    if mission.frames is not None and mission.has_frames_alone:
+        return survey_of_frames(mission, settings.values, DEFAULT_SEED, lost, lambda fraction: True).log
     if mission.odometry is None:
         return build_navigation_log(mission, directory, lost)
     kind = settings.values[VEHICLE_KEY]
@@ -211,6 +221,17 @@ def build_log(mission: Mission, settings: Settings, directory: Path, lost: list[
     except ValueError as error:
         raise UserError(f"{directory}: {error}") from error
     return log
+
+
+def survey_of_frames(
+    mission: Mission, settings: Mapping[str, Scalar], seed: int, lost: list[str], progress: Callable[[float], bool]
+) -> PlanarSurvey:
+    """A mission of frames alone, made one with odometry and landmarks."""
+    if mission.frames is None:
+        raise UserError(f"mission '{mission.name}': holds no frames")
+    return planar_survey(
+        mission.frames, FrameSettings(settings), seed, lost, lambda log: run_estimator(settings, log, seed, lambda fraction: True), progress
+    )
 
 
 def _observation_covariance(observations: Observations, settings: Settings) -> FloatArray:
@@ -270,7 +291,17 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with working("looking for contacts in the sonar logs"):
             mission, sightings = with_contacts(mission, settings.values, lost, record)
         stopwatch.lap("detect")
-    log = build_log(mission, settings, directory, lost)
+    outcomes: list[FrameOutcome] = []
+    if mission.frames is not None and not mission.has_frames_alone:
+        with interruptible("reading the frames") as progress:
+            mission, outcomes = with_keypoints(mission, settings.values, lost, progress)
+        stopwatch.lap("frames")
+    frames: PlanarSurvey | None = None
+    if mission.has_frames_alone:
+        with interruptible("registering the frames") as progress:
+            frames = survey_of_frames(mission, settings.values, seed, lost, progress)
+        stopwatch.lap("register")
+    log = build_log(mission, settings, directory, lost) if frames is None else frames.log
     if not mission.has_observations:
         warnings.append("the mission holds no observations: the answer is dead reckoning")
         session.warn(f"{directory}: {warnings[-1]}")
@@ -284,7 +315,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with interruptible("estimating") as progress:
             result = run_estimator(settings.values, log, seed, progress)
         stopwatch.lap("estimate")
-        for text in doubtful_navigation(mission, result):
+        for text in [*doubtful_frames(outcomes), *doubtful_navigation(mission, result)]:
             warnings.append(text)
             session.warn(f"{directory}: {text}")
         if result["counters"].get("smoothing_converged") is False:
@@ -293,7 +324,11 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         estimate = estimate_of(result)
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)
-            survey = {} if mission.odometry is not None else write_survey(partial, mission, estimate, sightings, record)
+            survey = {} if mission.odometry is not None or frames else write_survey(partial, mission, estimate, sightings, record)
+            if outcomes:
+                survey.update(write_camera(partial, mission, estimate, result, settings.values, outcomes))
+            if frames is not None:
+                survey = write_planar_survey(partial, frames, FrameSettings(settings.values), estimate)
             evaluation = evaluate(estimate, mission.reference)
             evaluation.write(partial)
         lost += evaluation.lost
@@ -318,7 +353,7 @@ def run_estimator(settings: Mapping[str, Any], log: Any, seed: int, progress: Ca
     try:
         if isinstance(log, _core.NavigationLog):
             return _core.run_levelled(levelled_values(settings), log, progress, seed)
-        return _core.run(dict(settings), log, seed, progress)
+        return _core.run(FrameSettings(settings).of_estimator, log, seed, progress)
     except ValueError as error:
         raise UserError(f"the estimator refused the mission: {error}; check the noise settings and the data") from error
 
@@ -327,7 +362,7 @@ def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str
     """What makes the track of an underwater vehicle worth little: no velocity over the bottom, a compass that jumps, and sensors that the
     filter hardly believes, because their noise, or another's, is not what the settings say."""
     texts: list[str] = []
-    if mission.odometry is not None:
+    if mission.odometry is not None or mission.has_frames_alone:
         return texts
     if mission.navigation is not None and (mission.navigation.velocity is None or not mission.navigation.velocity.bottom_lock.any()):
         texts.append("no velocity over the bottom: the vehicle is taken to keep the speed it starts with (start.speed_m_s)")
@@ -404,7 +439,7 @@ def _summary(
         "config_digest": hashlib.sha256(config_text.encode("utf-8")).hexdigest(),
         "landmark_ids": "source" if estimate.landmarks.ids_are_of_source else "row",
     }
-    if mission.odometry is None:
+    if mission.odometry is None and not mission.has_frames_alone:
         summary["axis_names"] = ["x, ahead at the start", "y, starboard at the start"] if mission.geodetic is None else ["north", "east"]
         summary["sensors"] = numbers_of(result["sensors"])
         summary["geodetic"] = None if mission.geodetic is None else mission.geodetic.model_dump(exclude_none=True)

@@ -30,6 +30,11 @@ int label_at(const cv::Mat& labels, cv::Point2d at) {
 
 }  // namespace
 
+FrameFeatures straightened(FrameFeatures seen, const CameraCalibration& lens) {
+  for (Keypoint& keypoint : seen.keypoints.points) keypoint.position_px = undistorted(lens, keypoint.position_px);
+  return seen;
+}
+
 FrameReader::FrameReader(const FrameReaderConfig& config, const std::optional<CameraCalibration>& calibration) : config_(config) {
   throw_if_any(violations(config));
   if (calibration) undistortion_.emplace(*calibration);

@@ -12,7 +12,8 @@
 namespace ssjs {
 namespace {
 
-constexpr int kHomographyInliers = 25;  // below, eight numbers are more than the matches carry
+constexpr std::size_t kAffineInliers = 10;      // below, six numbers are more than the matches carry
+constexpr std::size_t kHomographyInliers = 25;  // ... and eight
 constexpr int kRefinements = 5;
 
 struct Nearest {
@@ -50,7 +51,8 @@ Pairs pairs_of(const Keypoints& first, const Keypoints& second, const std::vecto
   return pairs;
 }
 
-std::vector<std::size_t> agreeing(const Pairs& pairs, const Similarity& motion, double tolerance_px) {
+template <class Motion>
+std::vector<std::size_t> agreeing(const Pairs& pairs, const Motion& motion, double tolerance_px) {
   std::vector<std::size_t> inliers;
   for (std::size_t i = 0; i < pairs.first.size(); ++i) {
     if (cv::norm(motion * pairs.first[i] - pairs.second[i]) <= tolerance_px) inliers.push_back(i);
@@ -67,26 +69,78 @@ Pairs chosen(const Pairs& pairs, const std::vector<std::size_t>& indices) {
   return some;
 }
 
+/// What an operator* takes a point through.
+struct Mapping {
+  cv::Matx33d H;
+};
+cv::Point2d operator*(const Mapping& mapping, cv::Point2d p) { return transformed(mapping.H, p); }
+
+/// The richest map that so many matches carry; none where they do not determine it.
+std::optional<cv::Matx33d> fit_mapping(const Pairs& pairs) {
+  if (pairs.first.size() >= kHomographyInliers) return fit_homography(pairs.first, pairs.second);
+  if (pairs.first.size() >= kAffineInliers) return fit_affine(pairs.first, pairs.second);
+  return std::nullopt;
+}
+
+/// Matches that agree once the tilt of the camera is taken up: fitted and gathered in turn, as long as they become more. (V-14)
+std::optional<cv::Matx33d> grow(const Pairs& pairs, std::vector<std::size_t>& inliers, double tolerance_px) {
+  std::optional<cv::Matx33d> best = fit_mapping(chosen(pairs, inliers));
+  for (int step = 0; best && step < kRefinements; ++step) {
+    std::vector<std::size_t> now = agreeing(pairs, Mapping{*best}, tolerance_px);
+    if (now.size() <= inliers.size()) break;
+    const std::optional<cv::Matx33d> next = fit_mapping(chosen(pairs, now));
+    if (!next) break;
+    inliers = std::move(now);
+    best = next;
+  }
+  return best;
+}
+
+}  // namespace
+
+cv::Point2d transformed(const cv::Matx33d& H, cv::Point2d p) {
+  const cv::Vec3d q = H * cv::Vec3d(p.x, p.y, 1.0);
+  return {q[0] / q[2], q[1] / q[2]};
+}
+
 cv::Matx33d matrix_of(const Similarity& motion) {
   const double c = motion.scale * std::cos(motion.angle_rad), s = motion.scale * std::sin(motion.angle_rad);
   return {c, -s, motion.shift_px.x, s, c, motion.shift_px.y, 0, 0, 1};
 }
 
-/// Direct linear transform on coordinates brought to mean 0 and mean length sqrt(2). [hartley2003] 4.4 (V-14)
-std::optional<cv::Matx33d> fit_homography(const Pairs& pairs) {
+std::optional<cv::Matx33d> fit_affine(const std::vector<cv::Point2d>& first_px, const std::vector<cv::Point2d>& second_px) {
+  cv::Point2d middle;  // of the first: keeps the normal equations well conditioned
+  for (const cv::Point2d& p : first_px) middle += p / static_cast<double>(first_px.size());
+  cv::Matx33d N = cv::Matx33d::zeros();
+  cv::Matx32d b = cv::Matx32d::zeros();
+  for (std::size_t i = 0; i < first_px.size(); ++i) {
+    const cv::Vec3d p(first_px[i].x - middle.x, first_px[i].y - middle.y, 1.0);
+    N += p * p.t();
+    b += p * cv::Matx12d(second_px[i].x, second_px[i].y);
+  }
+  bool solved = false;
+  const cv::Matx33d inverse = N.inv(cv::DECOMP_CHOLESKY, &solved);
+  if (!solved) return std::nullopt;
+  const cv::Matx32d A = inverse * b;
+  const cv::Matx33d centring(1, 0, -middle.x, 0, 1, -middle.y, 0, 0, 1);
+  return cv::Matx33d(A(0, 0), A(1, 0), A(2, 0), A(0, 1), A(1, 1), A(2, 1), 0, 0, 1) * centring;
+}
+
+std::optional<cv::Matx33d> fit_homography(const std::vector<cv::Point2d>& first_px, const std::vector<cv::Point2d>& second_px) {
+  if (first_px.size() < 4 || second_px.size() != first_px.size()) return std::nullopt;
   const auto normalising = [](const std::vector<cv::Point2d>& points) {
     cv::Point2d mean;
     for (const cv::Point2d& p : points) mean += p / static_cast<double>(points.size());
     double length = 0.0;
     for (const cv::Point2d& p : points) length += cv::norm(p - mean) / static_cast<double>(points.size());
-    const double s = std::sqrt(2.0) / length;
+    const double s = length > 0.0 ? std::sqrt(2.0) / length : 1.0;
     return cv::Matx33d(s, 0, -s * mean.x, 0, s, -s * mean.y, 0, 0, 1);
   };
-  const cv::Matx33d T = normalising(pairs.first), U = normalising(pairs.second);
-  cv::Mat A(static_cast<int>(2 * pairs.first.size()), 9, CV_64F, cv::Scalar(0));
-  for (std::size_t i = 0; i < pairs.first.size(); ++i) {
-    const cv::Point2d p(T(0, 0) * pairs.first[i].x + T(0, 2), T(1, 1) * pairs.first[i].y + T(1, 2));
-    const cv::Point2d q(U(0, 0) * pairs.second[i].x + U(0, 2), U(1, 1) * pairs.second[i].y + U(1, 2));
+  const cv::Matx33d T = normalising(first_px), U = normalising(second_px);
+  cv::Mat A(static_cast<int>(2 * first_px.size()), 9, CV_64F, cv::Scalar(0));
+  for (std::size_t i = 0; i < first_px.size(); ++i) {
+    const cv::Point2d p(T(0, 0) * first_px[i].x + T(0, 2), T(1, 1) * first_px[i].y + T(1, 2));
+    const cv::Point2d q(U(0, 0) * second_px[i].x + U(0, 2), U(1, 1) * second_px[i].y + U(1, 2));
     const double rows[2][9] = {{p.x, p.y, 1, 0, 0, 0, -q.x * p.x, -q.x * p.y, -q.x}, {0, 0, 0, p.x, p.y, 1, -q.y * p.x, -q.y * p.y, -q.y}};
     for (int r = 0; r < 2; ++r) std::copy_n(rows[r], 9, A.ptr<double>(static_cast<int>(2 * i) + r));
   }
@@ -98,8 +152,6 @@ std::optional<cv::Matx33d> fit_homography(const Pairs& pairs) {
   if (!(std::abs(H(2, 2)) > 1e-12)) return std::nullopt;
   return H * (1.0 / H(2, 2));
 }
-
-}  // namespace
 
 std::vector<KeypointMatch> match_descriptors(const Keypoints& first, const Keypoints& second, double ratio) {
   const cv::Mat& a = first.descriptors;
@@ -189,8 +241,10 @@ std::optional<Registration> register_frames(const Keypoints& first, const Keypoi
     if (now == best || now.size() < best.size()) break;
     best = std::move(now);
   }
-  if (!is_possible(registration.second_T_first.scale)) return std::nullopt;
+  const std::optional<cv::Matx33d> mapping = grow(pairs, best, config.tolerance_px);
   const Pairs inliers = chosen(pairs, best);
+  registration.second_T_first = fit_similarity(inliers.first, inliers.second);
+  if (!is_possible(registration.second_T_first.scale)) return std::nullopt;
   double squares = 0.0;
   for (std::size_t k = 0; k < best.size(); ++k) {
     registration.inliers.push_back(matches[best[k]]);
@@ -198,10 +252,7 @@ std::optional<Registration> register_frames(const Keypoints& first, const Keypoi
     squares += error.ddot(error);
   }
   registration.rms_px = std::sqrt(squares / static_cast<double>(best.size()));
-  registration.second_H_first = matrix_of(registration.second_T_first);
-  if (best.size() >= kHomographyInliers) {
-    if (const auto H = fit_homography(inliers)) registration.second_H_first = *H;
-  }
+  registration.second_H_first = mapping.value_or(matrix_of(registration.second_T_first));
   return registration;
 }
 

@@ -59,9 +59,12 @@ CONTACTS_GPKG_FILE = "contacts.gpkg"
 ALTITUDE_FILE = "altitude.csv"
 SIGHTINGS_FILE = "sightings.csv"
 COVERAGE_FILE = "coverage.npz"
+FRAMES_FILE = "frames.csv"
 SNIPPETS_FOLDER = "snippets"
 WATERFALL_FOLDER = "waterfall"
 WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
+PICTURES_FOLDER = "pictures"
+PICTURES_INDEX_FILE = "pictures.json"  # in that folder
 RUN_FILES = (
     SUMMARY_FILE,
     CONFIG_FILE,
@@ -94,8 +97,10 @@ RUN_FILES = (
     ALTITUDE_FILE,
     SIGHTINGS_FILE,
     COVERAGE_FILE,
+    FRAMES_FILE,
     SNIPPETS_FOLDER,
     WATERFALL_FOLDER,
+    PICTURES_FOLDER,
 )
 
 COVARIANCE_HEADER = "time_s,var_xx,cov_xy,cov_xh,var_yy,cov_yh,var_hh"

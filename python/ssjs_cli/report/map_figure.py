@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.figure_style import Figure, Trace, listed
+from ssjs_cli.report.frame_files import PlacedMosaic
 from ssjs_cli.report.number_text import count_text, finite_number, metres_text
+from ssjs_cli.report.picture_data import jpeg_url
 from ssjs_cli.report.planar_shapes import convex_hull, ellipse_axes, ellipse_outlines
 from ssjs_cli.report.result_files import Landmarks, RunFiles, Track
 from ssjs_cli.report.simplification import every_nth, simplify_line
@@ -28,7 +30,10 @@ ELLIPSE_CORNERS = 24
 LINE_TOLERANCE_OF_EXTENT = 1.0 / 40_000.0
 
 
-LAYER_ORDER = ("landmarks", "ellipses", "outlines", "bases", "loops", "refused", "final", "online", "dead_reckoning", "reference")
+MOSAIC_WIDTH_PX = 1400
+MOSAIC_QUALITY = 70
+
+LAYER_ORDER = ("landmarks", "ellipses", "outlines", "bases", "loops", "refused", "final", "online", "dead_reckoning", "reference", "mosaic")
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,7 @@ class MapAxes:
 
     names: tuple[str, str]
     north_up: bool
+    unit: str = "m"
 
     @staticmethod
     def from_summary(summary: dict[str, Any]) -> "MapAxes":
@@ -45,7 +51,11 @@ class MapAxes:
         if not isinstance(names, list) or len(names) < 2:
             names = ["x", "y"]
         first, second = str(names[0]), str(names[1])
-        return MapAxes(names=(first, second), north_up=first.lower().startswith("north") or "starboard" in second.lower())
+        return MapAxes(
+            names=(first, second),
+            north_up=first.lower().startswith("north") or "starboard" in second.lower(),
+            unit=str(summary.get("length_unit") or "m"),
+        )
 
     def drawn(self, points: FloatArray) -> FloatArray:
         """World points (..., 2) as (across, up)."""
@@ -61,7 +71,7 @@ class MapAxes:
 
     def titles(self) -> tuple[str, str]:
         across, up = self.names[::-1] if self.north_up else self.names
-        return f"{html.escape(across)} [m]", f"{html.escape(up)} [m]"
+        return f"{html.escape(across)} [{html.escape(self.unit)}]", f"{html.escape(up)} [{html.escape(self.unit)}]"
 
 
 @dataclass(frozen=True)
@@ -109,6 +119,8 @@ def draw_map(files: RunFiles, axes: MapAxes, colours: SubmapColours) -> MapDrawi
     low, high = shown.min(axis=0), shown.max(axis=0)
     extent_m = max(float((high - low).max()), 1.0)
     painter = _Painter(axes, colours, extent_m)
+    if files.pictures is not None and files.pictures.mosaic is not None:
+        painter.mosaic(files.pictures.mosaic)
     painter.outlines(files)
     painter.reference(files)
     painter.track(files.dead_reckoning, "dead_reckoning", "Dead reckoning", style.DEAD_RECKONING, {"width": 1.3, "dash": "4px,3px"})
@@ -137,6 +149,11 @@ def draw_map(files: RunFiles, axes: MapAxes, colours: SubmapColours) -> MapDrawi
         dead = axes.drawn(files.dead_reckoning.position)
         if bool((dead < low - margin).any() or (dead > high + margin).any()):
             painter.notes.append("Dead reckoning leaves the picture: double-click the map to fit everything, and again to come back.")
+    if axes.unit != "m":
+        painter.notes.append(
+            f"How long a pixel is on the ground is not known (frames.metres_per_px): lengths on this page are {axes.unit}, "
+            "also where they say m."
+        )
     if painter.simplified:
         said = "; ".join(painter.simplified)
         painter.notes.insert(0, f"Lines are simplified; no point left out is farther than stated from the drawn line: {said}.")
@@ -173,6 +190,17 @@ class _Painter:
 
     def _note_line(self, label: str, drawn: int, count: int, deviation_m: float) -> None:
         self.simplified.append(f"{label.lower()} {count_text(drawn)} of {count_text(count)} points, within {metres_text(deviation_m)}")
+
+    def mosaic(self, mosaic: PlacedMosaic) -> None:
+        """Under everything. Plotly draws the rows of a picture in the direction of the axis: upwards."""
+        url = jpeg_url(mosaic.path, MOSAIC_QUALITY, MOSAIC_WIDTH_PX, upside_down=True)
+        columns = min(mosaic.width_px, MOSAIC_WIDTH_PX)
+        rows = max(round(mosaic.height_px * columns / mosaic.width_px), 1)
+        across, up = (mosaic.right - mosaic.left) / columns, (mosaic.top - mosaic.bottom) / rows
+        self._add("mosaic", "Mosaic", "#8d99ae", "area", [{
+            "type": "image", "source": url, "x0": mosaic.left + 0.5 * across, "dx": across, "y0": mosaic.bottom + 0.5 * up, "dy": up,
+            "zsmooth": "fast", "hoverinfo": "skip",
+        }])  # fmt: skip
 
     def track(self, track: Track | None, key: str, label: str, colour: str, line: dict[str, Any]) -> None:
         if track is None or len(track.position) == 0:

@@ -4,6 +4,7 @@ from typing import Any
 
 from ssjs_cli.report.consistency_figures import Consistency, consistency
 from ssjs_cli.report.error_figures import axis_errors, position_error
+from ssjs_cli.report.frame_section import frame_section
 from ssjs_cli.report.geographic_axes import add_geographic_axes
 from ssjs_cli.report.headline import cards, number_groups, time_shares
 from ssjs_cli.report.map_figure import MapAxes, SubmapColours, draw_map
@@ -54,6 +55,7 @@ def render_page(files: RunFiles) -> str:
         groups=number_groups(summary),
         plots=by_id,
         survey=survey,
+        frames=frame_section(files.pictures),
         layers=drawing.layers if drawing is not None else [],
         map_missing=_missing_on_map(files),
         replay=replay is not None,

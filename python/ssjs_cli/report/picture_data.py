@@ -7,8 +7,8 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.report.page_parts import data_url
 
 
-def jpeg_url(path: Path, quality: int, width_px: int | None = None) -> str:
-    """As JPEG, no wider than width_px. Throws UserError on a file that is no picture."""
+def jpeg_url(path: Path, quality: int, width_px: int | None = None, *, upside_down: bool = False) -> str:
+    """As JPEG, no wider than width_px; upside_down for who draws rows upwards. Throws UserError on a file that is no picture."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -20,6 +20,8 @@ def jpeg_url(path: Path, quality: int, width_px: int | None = None) -> str:
     if width_px is not None and picture.width > width_px:
         height_px = max(round(picture.height * width_px / picture.width), 1)
         picture = picture.resize((width_px, height_px), Image.Resampling.BOX)
+    if upside_down:
+        picture = picture.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
     file = io.BytesIO()
     picture.save(file, format="JPEG", quality=quality, optimize=True)
     return data_url(file.getvalue(), "image/jpeg")

@@ -11,6 +11,7 @@ from ssjs_cli.errors import UserError
 from ssjs_cli.formats.number_table import FloatArray, IntArray, read_header, read_table
 from ssjs_cli.formats.toml_file import load_toml
 from ssjs_cli.formats.tum import read_tum
+from ssjs_cli.report.frame_files import FramePictures, read_frame_pictures
 from ssjs_cli.report.number_text import finite_number
 from ssjs_cli.report.survey_files import SurveyFiles, read_survey_files
 
@@ -86,6 +87,7 @@ class RunFiles:
     nis: Columns | None
     step_times: Columns | None
     survey: SurveyFiles
+    pictures: FramePictures | None = None
 
 
 ERROR_COLUMNS = ("time_s", "error_m", "is_outlier", "error_x_m", "error_y_m", "sigma_x_m", "sigma_y_m", "sigma_major_m")
@@ -115,6 +117,7 @@ def read_run_files(run_dir: Path) -> RunFiles:
         nis=_read_columns(run_dir / "consistency.csv", ("time_s", "nis", "dof"), ("nis", "dof")),
         step_times=_read_columns(run_dir / "step_times.csv", ("time_s", "step_time_us"), ("step_time_us",)),
         survey=read_survey_files(run_dir),
+        pictures=read_frame_pictures(run_dir),
     )
     track = files.trajectory if files.trajectory is not None else files.online
     if track is None or abs(float(track.time_s[0])) < CLOCK_TIME_S:

@@ -61,6 +61,9 @@ struct FrameFeatures {
   std::vector<int> region_of;  ///< by keypoint: label of its region, 0 outside all of them
 };
 
+/// The same features without a lens that was not known when the frame was read. Regions stay as they were seen.
+[[nodiscard]] FrameFeatures straightened(FrameFeatures seen, const CameraCalibration& lens);
+
 class FrameReader {
  public:
   /// Throws InvalidArgument listing every violation of the configuration, or naming what is wrong with the calibration.

@@ -45,11 +45,15 @@ struct Similarity {
   cv::Point2d shift_px;
 };
 [[nodiscard]] cv::Point2d operator*(const Similarity& second_T_first, cv::Point2d first_px);
+[[nodiscard]] cv::Matx33d matrix_of(const Similarity& motion);
+
+/// A point through a homography.
+[[nodiscard]] cv::Point2d transformed(const cv::Matx33d& second_H_first, cv::Point2d first_px);
 
 struct Registration {
   Similarity second_T_first;
-  cv::Matx33d second_H_first;          ///< best fitting homography where the inliers carry one, else the similarity (V-14)
-  std::vector<KeypointMatch> inliers;  ///< matches that agree
+  cv::Matx33d second_H_first;          ///< homography, affine map or similarity: the richest that the inliers carry (V-14)
+  std::vector<KeypointMatch> inliers;  ///< matches that agree with it
   double rms_px = 0.0;                 ///< of the inliers about the similarity
 };
 
@@ -61,5 +65,13 @@ struct Registration {
 
 /// Least squares over pairs of points; two at least, not all in one place.
 [[nodiscard]] Similarity fit_similarity(const std::vector<cv::Point2d>& first_px, const std::vector<cv::Point2d>& second_px);
+
+/// The same for an affine map (last row 0, 0, 1); none for fewer than three points or points on a line.
+[[nodiscard]] std::optional<cv::Matx33d> fit_affine(const std::vector<cv::Point2d>& first_px, const std::vector<cv::Point2d>& second_px);
+
+/// The same for a homography, H(2, 2) = 1, by the direct linear transform on coordinates brought to mean 0 and mean length sqrt(2); none
+/// for fewer than four points, or when it takes the origin to infinity. [hartley2003] 4.4 (V-14)
+[[nodiscard]] std::optional<cv::Matx33d> fit_homography(const std::vector<cv::Point2d>& first_px,
+                                                        const std::vector<cv::Point2d>& second_px);
 
 }  // namespace ssjs

@@ -1,0 +1,1 @@
+"""Missions with the frames of a down-looking camera."""

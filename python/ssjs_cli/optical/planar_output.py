@@ -1,0 +1,52 @@
+"""What the run of a mission of frames alone leaves beside its estimate: the mosaic, matches drawn between frames, and their numbers."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ssjs_cli.formats.number_table import FloatArray
+from ssjs_cli.formats.run_directory import PICTURES_FOLDER, Estimate
+from ssjs_cli.optical.frame_settings import FrameSettings
+from ssjs_cli.optical.match_pictures import shown_links
+from ssjs_cli.optical.mosaic_picture import draw_mosaic
+from ssjs_cli.optical.picture_index import PictureIndex
+from ssjs_cli.optical.planar_survey import PlanarSurvey
+
+
+def write_planar_survey(directory: Path, survey: PlanarSurvey, settings: FrameSettings, estimate: Estimate) -> dict[str, Any]:
+    """The answer: what summary.json says of it."""
+    pose = _poses(estimate, survey.frames.time_s)
+    reader = settings.reader(survey.lens)
+    index = PictureIndex(directory / PICTURES_FOLDER, settings.length_unit)
+    index.add_mosaic(draw_mosaic(survey.frames.pixels, survey.placed_on_map(pose), reader, settings.of_mosaic))
+    positions = survey.frames.positions_px()
+    for first, second in shown_links(survey.links):
+        rows = survey.links[first, second]["inliers"]
+        index.add_matches(
+            (survey.frames.paths[first].name, survey.frames.paths[second].name),
+            (reader.corrected(survey.frames.pixels_of(first)), reader.corrected(survey.frames.pixels_of(second))),
+            (positions[first][rows[:, 0]], positions[second][rows[:, 1]]),
+            seconds_apart=float(survey.frames.time_s[second] - survey.frames.time_s[first]),
+        )
+    index.frames(given=survey.frames.given, used=len(survey.frames.paths), with_region=survey.frames.with_region)
+    index.write()
+    lens = None if survey.lens is None else list(survey.lens["distortion"])
+    return {
+        "length_unit": settings.length_unit,
+        "axis_names": ["x, ahead at the start", "y, to its left"],
+        "frames": survey.frames.given,
+        "frames_used": len(survey.frames.paths),
+        "frames_with_region": survey.frames.with_region,
+        "frames_registered": int(np.sum(survey.registered)),
+        "frame_revisits": survey.revisits,
+        "frame_rounds": survey.rounds,
+        "lens_distortion": lens,
+        "lens_estimated": survey.lens_is_estimated,
+    }
+
+
+def _poses(estimate: Estimate, time_s: FloatArray) -> FloatArray:
+    """(n, 3): of several poses at one time the last."""
+    rows = np.searchsorted(estimate.final.time_s, time_s, side="right") - 1
+    return estimate.final.pose[np.maximum(rows, 0)]
