@@ -28,7 +28,8 @@ MAX_KEYFRAMES = 1500
 #: A frame that shows so much more ground than the usual one was taken by a vehicle that leant over.
 MAX_AREA_RATIO = 3.0
 MAX_SIGHTING_PICTURES = 4
-FAR_KEYFRAMES = 10
+#: So many keyframes apart they show the same ground only when the vehicle has come back.
+FAR_KEYFRAMES = 4
 MATCHED_FRAMES = 12
 MOUNT_KEYS = (
     "mount_roll_rad", "mount_pitch_rad", "mount_yaw_rad", "mount_forward_m", "mount_starboard_m", "mount_down_m",

@@ -38,6 +38,23 @@ class PlanarSurvey:
     def revisits(self) -> int:
         return sum(later - earlier > 1 for earlier, later in self.links)
 
+    def connected(self) -> list[int]:
+        """The frames of the largest set that registrations connect; of the others the place is a guess."""
+        group = list(range(len(self.frames.features)))
+
+        def representative(number: int) -> int:
+            while group[number] != number:
+                number = group[number]
+            return number
+
+        for first, second in sorted(self.links):
+            low, high = sorted((representative(first), representative(second)))
+            group[high] = low
+        members: dict[int, list[int]] = {}
+        for number in range(len(group)):
+            members.setdefault(representative(number), []).append(number)
+        return max(members.values(), key=len)
+
     def placed_on_map(self, pose: FloatArray) -> FloatArray:
         """(n, 3, 3) pixels of each frame, lens corrected, -> x, y of the global frame. (V-16)"""
         width_px, height_px = self.frames.size_px

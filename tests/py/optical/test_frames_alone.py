@@ -40,6 +40,7 @@ def test_the_track_is_found_and_lines_are_joined(cli: Callable[..., Any], missio
     assert errors.max() < 0.1  # the track is 10 m long: 1 %, or ten pixels
     summary = summary_of(run)
     assert (summary["frames"], summary["frames_used"], summary["frames_registered"]) == (18, 18, 17)
+    assert summary["frames_on_mosaic"] == 18
     assert summary["frame_revisits"] >= 10
     assert summary["loop_closures"] >= 1
     assert summary["length_unit"] == "m"
