@@ -115,6 +115,24 @@ py::dict keypoint_table(const FrameFeatures& features) {
   return table;
 }
 
+/// One row a keypoint. ORB's bits become numbers: their squared distance is the number of bits that differ.
+py::array_t<float> descriptor_rows(const FrameFeatures& features) {
+  const cv::Mat& descriptors = features.keypoints.descriptors;
+  const bool is_bits = descriptors.depth() == CV_8U;
+  const int columns = is_bits ? 8 * descriptors.cols : descriptors.cols;
+  py::array_t<float> array({descriptors.rows, columns});
+  for (int r = 0; r < descriptors.rows; ++r) {
+    float* to = array.mutable_data(r, 0);
+    if (!is_bits) {
+      std::copy_n(descriptors.ptr<float>(r), columns, to);
+      continue;
+    }
+    const unsigned char* bytes = descriptors.ptr(r);
+    for (int c = 0; c < columns; ++c) to[c] = ((bytes[c / 8] >> (c % 8)) & 1) != 0 ? 1.0F : 0.0F;
+  }
+  return array;
+}
+
 py::dict frame_regions(const FrameFeatures& features) {
   const std::vector<Region>& regions = features.regions;
   py::dict table;
@@ -184,6 +202,7 @@ void add_optical(py::module_& module) {
                              })
       .def_property_readonly("regions", &frame_regions)
       .def_property_readonly("keypoints", &keypoint_table)
+      .def_property_readonly("descriptors", &descriptor_rows, "Row by row those of the keypoints, float32.")
       .def(
           "straightened",
           [](const FrameFeatures& features, const py::dict& calibration) {

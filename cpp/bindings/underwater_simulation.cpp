@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,7 +18,9 @@
 #include "parts.hpp"
 #include "run_parts.hpp"
 #include "ssjs/base/error.hpp"
+#include "ssjs/optical/lens.hpp"
 #include "ssjs/simulation/auv_survey.hpp"
+#include "ssjs/simulation/camera_survey.hpp"
 #include "ssjs/simulation/shared_seabed.hpp"
 #include "ssjs/simulation/side_scan_mission.hpp"
 
@@ -162,6 +165,83 @@ py::object next_pings(SideScanMission& mission, std::size_t most) {
   return std::move(block);
 }
 
+CameraCalibration calibration_of(const SimulatedCameraConfig& camera) {
+  CameraCalibration calibration;
+  calibration.camera = camera.pinhole();
+  calibration.lens = camera.lens_k1 == 0.0 && camera.lens_k2 == 0.0 ? LensModel::kPinhole : LensModel::kBrown;
+  calibration.distortion = {camera.lens_k1, camera.lens_k2, 0.0, 0.0, 0.0};
+  return calibration;
+}
+
+CameraRays rays_of(const CameraCalibration& calibration) {
+  check_calibration(calibration);
+  const PinholeCamera& camera = calibration.camera;
+  CameraRays rays{camera.width_px, camera.height_px, {}};
+  for (int v = 0; v < camera.height_px; ++v) {
+    for (int u = 0; u < camera.width_px; ++u) {
+      const cv::Point2d ideal = undistorted(calibration, {static_cast<double>(u), static_cast<double>(v)});
+      rays.slopes.emplace_back(static_cast<float>((ideal.x - camera.centre_x_px) / camera.focal_x_px),
+                               static_cast<float>((ideal.y - camera.centre_y_px) / camera.focal_y_px));
+    }
+  }
+  return rays;
+}
+
+/// With the camera, as its calibration file says it.
+struct PhotographedSurvey {
+  CameraCalibration calibration;
+  CameraSurvey survey;
+
+  PhotographedSurvey(const CameraSurveyConfig& config, std::uint64_t seed)
+      : calibration(calibration_of(config.camera)), survey(config, rays_of(calibration), seed) {}
+};
+
+std::unique_ptr<PhotographedSurvey> camera_survey(const py::dict& values, std::uint64_t seed) {
+  const auto config = config_from<CameraSurveyConfig>(values);
+  throw_if_any(violations(config));
+  const py::gil_scoped_release released;
+  return std::make_unique<PhotographedSurvey>(config, seed);
+}
+
+py::array_t<std::uint8_t> rendered_frame(const PhotographedSurvey& of, int number) {
+  const PinholeCamera& camera = of.calibration.camera;
+  py::array_t<std::uint8_t> frame({camera.height_px, camera.width_px, 3});
+  std::vector<std::uint8_t> pixels;
+  {
+    const py::gil_scoped_release released;
+    pixels = of.survey.frame(number);
+  }
+  std::copy(pixels.begin(), pixels.end(), frame.mutable_data());
+  return frame;
+}
+
+py::dict camera_of(const PhotographedSurvey& of) {
+  const CameraCalibration& calibration = of.calibration;
+  py::dict camera;
+  camera["width_px"] = calibration.camera.width_px;
+  camera["height_px"] = calibration.camera.height_px;
+  camera["focal_x_px"] = calibration.camera.focal_x_px;
+  camera["focal_y_px"] = calibration.camera.focal_y_px;
+  camera["centre_x_px"] = calibration.camera.centre_x_px;
+  camera["centre_y_px"] = calibration.camera.centre_y_px;
+  camera["lens"] = calibration.lens == LensModel::kBrown ? "brown" : "pinhole";
+  camera["distortion"] = calibration.lens == LensModel::kBrown ? py::tuple(py::cast(calibration.distortion)) : py::tuple();
+  return camera;
+}
+
+/// Depths on a grid, for whoever asks where a pixel of a frame truly lies.
+py::dict relief_of(const PhotographedSurvey& of) {
+  const Raster<SurfacePatch>& relief = of.survey.seabed().relief();
+  py::array_t<float> depth_m({relief.rows(), relief.columns()});
+  std::transform(relief.values().begin(), relief.values().end(), depth_m.mutable_data(),
+                 [](const SurfacePatch& patch) { return patch.depth_m; });
+  py::dict dict;
+  dict["from_m"] = relief.from_m();
+  dict["cell_m"] = relief.cell_m();
+  dict["depth_m"] = depth_m;
+  return dict;
+}
+
 }  // namespace
 
 void add_underwater_simulation(py::module_& module) {
@@ -183,6 +263,22 @@ void add_underwater_simulation(py::module_& module) {
       .def("next_pings", &next_pings, py::arg("most") = 512,
            "The next pings; None at the end. navigation: time, roll, pitch, heading, speed, depth, altitude as the sensors gave them last; "
            "port and starboard: samples, nearest first, one row a ping.");
+  py::class_<PhotographedSurvey>(module, "CameraSurvey", "A simulated survey with a down-looking camera.")
+      .def(py::init(&camera_survey), py::arg("config") = py::dict(), py::arg("seed") = 0)
+      .def(
+          "survey", [](const PhotographedSurvey& of) { return survey_dict(of.survey.survey()); },
+          "One table a sensor (time first), and the truth, as simulate_auv_survey; without sightings.")
+      .def_property_readonly("frame_time_s",
+                             [](const PhotographedSurvey& of) {
+                               std::vector<double> time_s;
+                               for (int frame = 0; frame < of.survey.frames(); ++frame) time_s.push_back(of.survey.frame_time_s(frame));
+                               return array_of(time_s);
+                             })
+      .def_property_readonly("calibration", &camera_of, "Of the frames as they are taken; keys of check_calibration.")
+      .def_property_readonly("relief", &relief_of,
+                             "from_m (north, east), cell_m and depth_m (rows to the north, columns to the east) of the true seabed.")
+      .def("frame", &rendered_frame, py::arg("number"), "(height, width, 3) bytes: red, green, blue.");
+  module.def("camera_survey_fields", &fields_of<CameraSurveyConfig>, "Every key of CameraSurvey's configuration.");
   module.def("side_scan_mission_fields", &fields_of<SideScanMissionConfig>, "Every key of SideScanMission's configuration.");
 }
 

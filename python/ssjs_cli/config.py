@@ -72,8 +72,10 @@ ESTIMATOR = SettingsKind(
 )
 
 
-# Underwater missions: the estimator's settings, and behind this prefix those of the search for contacts in sonar logs.
+# Underwater missions: the estimator's settings, and behind these prefixes those of the search for contacts in sonar logs, and of the way
+# from the frames of a camera to keypoints.
 SONAR_PREFIX = "sonar."
+FRAMES_PREFIX = "frames."
 
 
 SONAR_MODEL = FieldDescription(
@@ -93,7 +95,12 @@ def core_sonar_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
 
 def levelled_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The settings of the estimator of an underwater mission."""
-    return {key: value for key, value in values.items() if not key.startswith(SONAR_PREFIX)}
+    return {key: value for key, value in values.items() if not key.startswith((SONAR_PREFIX, FRAMES_PREFIX))}
+
+
+def frame_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The settings of the way from frames to keypoints, as the core has them."""
+    return {key: value for key, value in values.items() if key.startswith(FRAMES_PREFIX)}
 
 
 def _underwater_fields() -> Iterator[FieldDescription]:
@@ -101,11 +108,13 @@ def _underwater_fields() -> Iterator[FieldDescription]:
     for described in described_by_core(_core.side_scan_survey_fields()):
         yield replace(described, key=SONAR_PREFIX + described.key)
     yield SONAR_MODEL
+    yield from (described for described in described_by_core(_core.frame_fields()) if described.key.startswith(FRAMES_PREFIX))
 
 
 def _underwater_violations(values: Mapping[str, Scalar]) -> list[str]:
     of_sonar = _core.validate_side_scan_survey(core_sonar_values(values))
-    return _core.validate_levelled_config(levelled_values(values)) + [SONAR_PREFIX + violation for violation in of_sonar]
+    of_frames = _core.validate_frames(frame_values(values))
+    return _core.validate_levelled_config(levelled_values(values)) + [SONAR_PREFIX + violation for violation in of_sonar] + of_frames
 
 
 UNDERWATER = SettingsKind("UnderwaterSettings", "split.max_landmarks=20", _underwater_fields, _underwater_violations)

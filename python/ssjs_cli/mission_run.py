@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
+from ssjs_cli.camera.frame_reading import FrameOutcome, with_keypoints
+from ssjs_cli.camera.run_output import doubtful_frames, write_camera
+from ssjs_cli.camera.settings import camera_of
 from ssjs_cli.config import (
     ASSOCIATION_KEY,
     DEFAULT_SEED,
@@ -129,7 +132,7 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     layers.append(layer_from_flag("--association", ASSOCIATION_KEY, request.association, kind))
     if kind is UNDERWATER:
         refuse_planar_options(request, directory)
-        layers[:0] = [rotation_drive(mission, directory), north(mission, directory)]
+        layers[:0] = [rotation_drive(mission, directory), north(mission, directory), camera_of(mission, directory)]
     if kind is FRAMES_ALONE:
         if request.calibrate:
             raise UserError(f"--calibrate: is for odometry of a vehicle, and {directory} holds frames alone; leave it out")
@@ -288,6 +291,11 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with working("looking for contacts in the sonar logs"):
             mission, sightings = with_contacts(mission, settings.values, lost, record)
         stopwatch.lap("detect")
+    outcomes: list[FrameOutcome] = []
+    if mission.frames is not None and not mission.has_frames_alone:
+        with interruptible("reading the frames") as progress:
+            mission, outcomes = with_keypoints(mission, settings.values, lost, progress)
+        stopwatch.lap("frames")
     frames: PlanarSurvey | None = None
     if mission.has_frames_alone:
         with interruptible("registering the frames") as progress:
@@ -307,7 +315,7 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with interruptible("estimating") as progress:
             result = run_estimator(settings.values, log, seed, progress)
         stopwatch.lap("estimate")
-        for text in doubtful_navigation(mission, result):
+        for text in [*doubtful_frames(outcomes), *doubtful_navigation(mission, result)]:
             warnings.append(text)
             session.warn(f"{directory}: {text}")
         if result["counters"].get("smoothing_converged") is False:
@@ -317,6 +325,8 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
         with working("writing the results"):
             write_estimate(partial, estimate, result, mission.geodetic)
             survey = {} if mission.odometry is not None or frames else write_survey(partial, mission, estimate, sightings, record)
+            if outcomes:
+                survey.update(write_camera(partial, mission, estimate, result, settings.values, outcomes))
             if frames is not None:
                 survey = write_planar_survey(partial, frames, FrameSettings(settings.values), estimate)
             evaluation = evaluate(estimate, mission.reference)

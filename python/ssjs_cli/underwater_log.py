@@ -61,6 +61,10 @@ def build_navigation_log(mission: Mission, directory: Path, lost: list[str]) -> 
             covariance = None if points.covariance_m2 is None else points.covariance_m2[used]
             ids = None if points.landmark_id is None else points.landmark_id[used].tolist()
             log.add_sightings(points.time_s[used], points.position_m[used], covariance, ids)
+        if mission.keypoints is not None:
+            keypoints = mission.keypoints
+            descriptor = keypoints.descriptor if len(keypoints.descriptor) else None
+            log.add_frames(keypoints.time_s, keypoints.pixel, keypoints.count.tolist(), descriptor)
     except ValueError as error:
         raise UserError(f"{directory}: {error}") from error
     return log

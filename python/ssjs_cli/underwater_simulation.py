@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli import _core
+from ssjs_cli.camera_simulation import CAMERA_SCENARIOS, CAMERA_SURVEY, SimulatedCamera
 from ssjs_cli.config import UNDERWATER, flatten, layer_from_tables, nest
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.geographic import to_longitude_latitude
@@ -75,14 +77,28 @@ POINT_SCENARIOS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 _REMUS_SETTINGS: Mapping[str, Any] = MappingProxyType(
     {"sonar.highlight_shadow.smallest_highlight_px": 24, "existence.chance_probability": 0.003}
 )
+# The filter knows the motion and the sensors of the small, slow vehicle.
+_CAMERA_SETTINGS: Mapping[str, Any] = MappingProxyType(
+    {
+        "motion.velocity_walk_m_s_sqrt_s": 0.006,
+        "motion.gyro_sigma_rad_s": 0.0175,
+        "motion.compass_walk_rad_sqrt_s": 0.0035,
+        "velocity_log.sigma_m_s": 0.03,
+        "start.speed_m_s": 0.23,
+        "start.speed_sigma_m_s": 0.2,
+        "start.altitude_m": 2.5,
+        "start.altitude_sigma_m": 2.0,
+    }
+)
 SCENARIO_SETTINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         REMUS_SURVEY: _REMUS_SETTINGS,
         REMUS_SURVEY_WITHOUT_FIXES: _REMUS_SETTINGS,
+        CAMERA_SURVEY: _CAMERA_SETTINGS,
         WEAK_HEADING_SURVEY: {**POINT_SCENARIOS[WEAK_HEADING_SURVEY], "compass_use": "none"},
     }
 )
-UNDERWATER_SCENARIOS = (*POINT_SCENARIOS, *SONAR_SCENARIOS)
+UNDERWATER_SCENARIOS = (*POINT_SCENARIOS, *SONAR_SCENARIOS, *CAMERA_SCENARIOS)
 
 # Of the corner of a shared seabed.
 PLACE_DEG: Mapping[str, float] = MappingProxyType({"latitude_deg": 41.7, "longitude_deg": 2.9})
@@ -112,6 +128,10 @@ def simulate_underwater(
     if built_in in POINT_SCENARIOS:
         survey, geodetic = _point_survey(name, seed, {**POINT_SCENARIOS[built_in]}, changes, season)
         return _mission(name, said, settings, survey, points=_points(survey), geodetic=geodetic)
+    if built_in in CAMERA_SCENARIOS:
+        camera = SimulatedCamera(built_in, name, changes, seed)
+        mission = _mission(name, said, settings, camera.survey(), frames=camera.frames(), photographs=camera.photograph)
+        return replace(mission, reference=replace(mission.reference, landmarks=None, surface=camera.surface()))
     try:
         sonar = _core.SideScanMission({**SONAR_SCENARIOS[built_in], **dict(flatten(changes))}, seed)
     except ValueError as error:

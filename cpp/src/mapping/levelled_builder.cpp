@@ -221,6 +221,7 @@ void LevelledBuilder::doubt_attitude(const Eigen::Vector3d& sigma_rad) {
   doubt.Q.diagonal().segment<3>(Layout::kAttitude) = sigma_rad.array().square();
   doubt.Q.topLeftCorner<2, 2>().diagonal().setConstant(squared(way_m * sigma_rad.z()));
   filter_.predict(doubt);
+  gyro_rad_s_.reset();  // its last sample does not hold
   met_[static_cast<std::size_t>(NavigationSensor::kAttitude)] = false;
   met_[static_cast<std::size_t>(NavigationSensor::kCompass)] = false;
 }

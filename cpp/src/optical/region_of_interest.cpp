@@ -12,6 +12,7 @@ namespace ssjs {
 namespace {
 
 constexpr double kLowOfHigh = 0.4;
+constexpr double kSigmaSmall_px = 2.0;        // of the hue's blur, on the frame made so much smaller that it spans few pixels
 constexpr double kMedianOfRayleigh = 1.1774;  // a gradient of noise alone has two normal components: its length has this median, over sigma
 
 /// Half the side of a square that joins what is `part` of the width apart.
@@ -71,32 +72,38 @@ cv::Mat edge_regions(const cv::Mat& bright, const RegionOfInterestConfig& config
 
 cv::Mat hue_regions(const cv::Mat& colour, const RegionOfInterestConfig& config) {
   if (colour.type() != CV_8UC3) throw InvalidArgument("colour", "another type", "must be CV_8U with the channels red, green, blue");
+  // What is blurred by so much has as much to say with fewer pixels.
+  const double sigma = config.hue_smoothing * colour.cols;
+  const double shrink = std::max(1.0, std::floor(sigma / kSigmaSmall_px));
+  const cv::Size size(std::max(1, static_cast<int>(colour.cols / shrink)), std::max(1, static_cast<int>(colour.rows / shrink)));
+  cv::Mat small;
+  cv::resize(colour, small, size, 0, 0, cv::INTER_AREA);
   // Hue as a direction, as long as the colour is saturated: the blur has no seam at red, and grey has no say. (V-9)
-  cv::Mat cosine(colour.size(), CV_32F), sine(colour.size(), CV_32F);
+  cv::Mat cosine(size, CV_32F), sine(size, CV_32F);
   double saturation = 0.0;
-  for (int r = 0; r < colour.rows; ++r) {
-    for (int c = 0; c < colour.cols; ++c) {
-      const cv::Vec3b& rgb = colour.at<cv::Vec3b>(r, c);
+  for (int r = 0; r < small.rows; ++r) {
+    for (int c = 0; c < small.cols; ++c) {
+      const cv::Vec3b& rgb = small.at<cv::Vec3b>(r, c);
       const float value = std::max({rgb[0], rgb[1], rgb[2], static_cast<unsigned char>(1)});
       cosine.at<float>(r, c) = (static_cast<float>(rgb[0]) - 0.5F * static_cast<float>(rgb[1] + rgb[2])) / value;
       sine.at<float>(r, c) = 0.8660254F * static_cast<float>(rgb[1] - rgb[2]) / value;
       saturation += 1.0 - std::min({rgb[0], rgb[1], rgb[2]}) / static_cast<double>(value);
     }
   }
-  if (saturation / static_cast<double>(colour.total()) < config.least_saturation) return {};
-  const double sigma = config.hue_smoothing * colour.cols;
-  cv::GaussianBlur(cosine, cosine, cv::Size(), sigma);
-  cv::GaussianBlur(sine, sine, cv::Size(), sigma);
+  if (saturation / static_cast<double>(small.total()) < config.least_saturation) return {};
+  cv::GaussianBlur(cosine, cosine, cv::Size(), sigma / shrink);
+  cv::GaussianBlur(sine, sine, cv::Size(), sigma / shrink);
   const double mean = std::atan2(cv::sum(sine)[0], cv::sum(cosine)[0]);
-  cv::Mat difference(colour.size(), CV_32F);
-  for (int r = 0; r < colour.rows; ++r) {
-    for (int c = 0; c < colour.cols; ++c) {
+  cv::Mat difference(size, CV_32F);
+  for (int r = 0; r < small.rows; ++r) {
+    for (int c = 0; c < small.cols; ++c) {
       const double hue = std::atan2(sine.at<float>(r, c), cosine.at<float>(r, c));
       difference.at<float>(r, c) = static_cast<float>(std::abs(std::remainder(hue - mean, 2.0 * CV_PI)));
     }
   }
-  const cv::Mat unlike = difference > config.hue_factor * cv::mean(difference)[0];
-  return significant(unlike, config);
+  const double least = config.hue_factor * cv::mean(difference)[0];
+  cv::resize(difference, difference, colour.size(), 0, 0, cv::INTER_LINEAR);
+  return significant(difference > least, config);
 }
 
 RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& bright, const RegionOfInterestConfig& config) {

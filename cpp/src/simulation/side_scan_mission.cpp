@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/simulation/truth_track.hpp"
 
 namespace ssjs {
 namespace {
@@ -76,19 +77,9 @@ std::optional<SideScanPing> SideScanMission::next_ping() {
 
 bool SideScanMission::sonar_is_off() const { return max_altitude_m_ && measured_.altitude_m > *max_altitude_m_; }
 
-/// Between two steps of the simulation all coordinates change evenly.
 SonarPose SideScanMission::pose_at(double time_s) const {
-  const std::vector<AuvTruth>& truth = survey_.truth;
-  const auto after =
-      std::upper_bound(truth.begin() + 1, truth.end() - 1, time_s, [](double time, const AuvTruth& at) { return time < at.time_s; });
-  const AuvTruth& from = *(after - 1);
-  const double part = (time_s - from.time_s) / (after->time_s - from.time_s);
-  SonarPose pose;
-  pose.time_s = time_s;
-  pose.world_T_sonar =
-      Se3::from_vector(from.world_T_vehicle.vector() + part * additive_difference(after->world_T_vehicle, from.world_T_vehicle));
-  pose.speed_m_s = from.velocity_m_s.norm();
-  return pose;
+  const TruthAt at = truth_at(survey_.truth, time_s);
+  return {time_s, at.world_T_vehicle, at.step.velocity_m_s.norm()};
 }
 
 void SideScanMission::update_navigation(double time_s) {

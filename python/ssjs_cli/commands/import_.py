@@ -223,3 +223,30 @@ def rosbag(
 
     options = BagOptions(topics, axes == "marine", surface_pressure_pa, water_density_kg_m3)
     return _import(session, out, path_name(Path(source).stem), force, lambda: read_rosbag(Path(source), options))
+
+
+@import_.command()
+@click.argument("source", metavar="SRC", type=click.Path())
+@click.option(
+    "--calibration", default=None, metavar="FILE", help="Of the camera: OpenCV, ROS, Kalibr, Calib_Results.mat (default: SRC/camera.yaml)."
+)
+@click.option("--times", default=None, metavar="FILE", help="Table time_s,file (default: SRC/index.csv, the names, or EXIF).")
+@click.option("--interval", "interval_s", type=click.FloatRange(0.0, min_open=True), default=None, metavar="S", help="A frame every S s.")
+@common_options(out_help=OUT_HELP)
+@click.pass_obj
+def frames(
+    session: Session,
+    source: str,
+    calibration: str | None,
+    times: str | None,
+    interval_s: float | None,
+    seed: int | None,
+    force: bool,
+    out: str | None,
+) -> int:
+    """Frames of a down-looking camera: the images in the folder SRC, and imu.csv, dvl.csv, depth.csv, altitude.csv where they lie there."""
+    from ssjs_cli.camera.import_frames import import_frames
+    from ssjs_cli.mission_run import path_name
+
+    files = (None if calibration is None else Path(calibration), None if times is None else Path(times))
+    return _import(session, out, path_name(Path(source).resolve().name), force, lambda: import_frames(Path(source), *files, interval_s))

@@ -11,11 +11,12 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ssjs_cli.errors import UserError, nearest_hint
 from ssjs_cli.formats.camera_calibration import CameraCalibration, read_calibration
 from ssjs_cli.formats.file_digest import file_digest
-from ssjs_cli.formats.number_table import FloatArray, NumberTable, holds_file, read_text, require_finite, require_times_in_order
+from ssjs_cli.formats.number_table import FloatArray, IntArray, NumberTable, holds_file, read_text, require_finite, require_times_in_order
 from ssjs_cli.formats.physical_bounds import require_plausible
 
 FRAMES_FOLDER = "frames"
@@ -37,13 +38,24 @@ class FrameIndex:
         return self.folder / self.files[frame]
 
 
+@dataclass(frozen=True)
+class FrameKeypoints:
+    """Of the frames that were used: time_s (n,), count (n,) keypoints of each; pixel (m, 2) u, v of the corrected frame and descriptor
+    (m, d), those of the first frame first."""
+
+    time_s: FloatArray
+    count: IntArray
+    pixel: FloatArray
+    descriptor: NDArray[np.float32]
+
+
 def read_frames(directory: Path) -> FrameIndex | None:
     """None where the mission has no folder of frames."""
     outline = outline_frames(directory)
     if outline is None:
         return None
     index = outline.folder / FRAME_INDEX_FILE
-    time_s, files = _read_index(index)
+    time_s, files = read_index(index)
     return FrameIndex(outline.folder, time_s, files, outline.calibration)
 
 
@@ -60,7 +72,10 @@ def outline_frames(directory: Path) -> FrameIndex | None:
     return FrameIndex(folder, np.zeros(0), (), read_calibration(calibration) if holds_file(calibration) else None)
 
 
-def _read_index(path: Path) -> tuple[FloatArray, tuple[str, ...]]:
+def read_index(path: Path) -> tuple[FloatArray, tuple[str, ...]]:
+    """Times, not decreasing, and the names of the frames."""
+    if not path.is_file():
+        raise UserError(f"{path}: is missing; it needs the columns time_s,file")
     lines = [line if line.strip() and not line.lstrip().startswith("#") else "" for line in read_text(path).split("\n")]
     reader = csv.reader(io.StringIO("\n".join(lines)), strict=True)
     header: list[str] = []

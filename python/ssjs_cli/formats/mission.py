@@ -22,6 +22,7 @@ from ssjs_cli.formats.frames import (
     FRAME_INDEX_FILE,
     FRAMES_FOLDER,
     FrameIndex,
+    FrameKeypoints,
     frame_digests,
     index_text,
     outline_frames,
@@ -54,6 +55,7 @@ from ssjs_cli.formats.number_table import (
 from ssjs_cli.formats.physical_bounds import require_plausible
 from ssjs_cli.formats.position_fixes import read_position_fixes
 from ssjs_cli.formats.toml_file import load_toml
+from ssjs_cli.formats.true_surface import SURFACE_FILE, TrueSurface, read_true_surface, write_true_surface
 from ssjs_cli.formats.tum import PoseSeries, read_tum, write_tum
 from ssjs_cli.formats.zip_member import check_archive_size
 
@@ -78,6 +80,7 @@ MISSION_FILES = (
     TRUTH_FILE,
     FIXES_FILE,
     LANDMARKS_FILE,
+    SURFACE_FILE,
 )
 
 ODOMETRY_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -234,16 +237,18 @@ class Reference:
     truth: PoseSeries | None = None
     fixes: Fixes | None = None
     landmarks: SurveyedLandmarks | None = None
+    surface: TrueSurface | None = None
 
     @property
     def is_empty(self) -> bool:
-        return self.truth is None and self.fixes is None and self.landmarks is None
+        return self.truth is None and self.fixes is None and self.landmarks is None and self.surface is None
 
 
 @dataclass(frozen=True)
 class Mission:
     """A planar vehicle has odometry; an underwater one may have navigation instead, or the frames of a camera alone. `recording` writes the
-    sonar logs of a mission that is not on disk yet into the folder it is given; `photographs` the pictures of its frames."""
+    sonar logs of a mission that is not on disk yet into the folder it is given; `photographs` the pictures of its frames. `keypoints`:
+    what was found in the frames, which no file holds."""
 
     name: str
     odometry: Odometry | None = None
@@ -257,6 +262,7 @@ class Mission:
     recording: Callable[[Path], None] | None = None
     frames: FrameIndex | None = None
     photographs: Callable[[Path], None] | None = None
+    keypoints: FrameKeypoints | None = None
     navigation: UnderwaterNavigation | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     reference: Reference = field(default_factory=lambda: Reference(ReferenceDescription()))
@@ -450,6 +456,7 @@ def read_reference(directory: Path, description: ReferenceDescription) -> Refere
         truth=read_tum(truth_path) if holds_file(truth_path) else None,
         fixes=read_fixes(directory / FIXES_FILE) if holds_file(directory / FIXES_FILE) else None,
         landmarks=read_landmarks(directory / LANDMARKS_FILE) if holds_file(directory / LANDMARKS_FILE) else None,
+        surface=read_true_surface(directory),
     )
 
 
@@ -757,3 +764,5 @@ def _write_reference(directory: Path, reference: Reference) -> None:
             [landmarks.ids, landmarks.position_m[:, 0], landmarks.position_m[:, 1]],
             [WHOLE, EXACT, EXACT],
         )
+    if reference.surface is not None:
+        write_true_surface(directory, reference.surface)

@@ -59,6 +59,7 @@ CONTACTS_GPKG_FILE = "contacts.gpkg"
 ALTITUDE_FILE = "altitude.csv"
 SIGHTINGS_FILE = "sightings.csv"
 COVERAGE_FILE = "coverage.npz"
+FRAMES_FILE = "frames.csv"
 SNIPPETS_FOLDER = "snippets"
 WATERFALL_FOLDER = "waterfall"
 WATERFALL_INDEX_FILE = "waterfall.json"  # in that folder
@@ -96,6 +97,7 @@ RUN_FILES = (
     ALTITUDE_FILE,
     SIGHTINGS_FILE,
     COVERAGE_FILE,
+    FRAMES_FILE,
     SNIPPETS_FOLDER,
     WATERFALL_FOLDER,
     PICTURES_FOLDER,

@@ -1,0 +1,1 @@
+"""Missions of a down-looking camera."""

@@ -1,0 +1,29 @@
+"""Settings of a camera mission that follow from its files."""
+
+from pathlib import Path
+
+from ssjs_cli.config import Layer, Scalar
+from ssjs_cli.formats.frames import CALIBRATION_FILE, FRAMES_FOLDER
+from ssjs_cli.formats.mission import Mission
+
+KEYPOINTS_KEY = "frames.keypoints.max_keypoints"
+#: Each is a landmark of the filter until it is out of sight.
+MAX_KEYPOINTS = 40
+
+
+def camera_of(mission: Mission, directory: Path) -> Layer:
+    """The pinhole camera that is left once the lens is corrected, and as many keypoints of a frame as a filter can follow."""
+    if mission.frames is None or mission.has_frames_alone:
+        return Layer("no camera", {})
+    values: dict[str, Scalar] = {KEYPOINTS_KEY: MAX_KEYPOINTS}
+    camera = mission.frames.calibration
+    if camera is not None:
+        values |= {
+            "camera.width_px": camera.width_px,
+            "camera.height_px": camera.height_px,
+            "camera.fx_px": camera.focal_x_px,
+            "camera.fy_px": camera.focal_y_px,
+            "camera.cx_px": camera.centre_x_px,
+            "camera.cy_px": camera.centre_y_px,
+        }
+    return Layer(str(directory / FRAMES_FOLDER / CALIBRATION_FILE), values)
