@@ -19,6 +19,7 @@ from ssjs_cli.config import (
     ASSOCIATION_KEY,
     DEFAULT_SEED,
     ESTIMATOR,
+    LANDMARK_SOURCE,
     METHOD_KEY,
     SONAR_MODEL,
     UNDERWATER,
@@ -58,6 +59,7 @@ from ssjs_cli.formats.run_directory import (
 )
 from ssjs_cli.methods import refuse_elsewhere
 from ssjs_cli.optical.frame_settings import FRAMES_ALONE, PRESET, FrameSettings
+from ssjs_cli.optical.mosaic_landmarks import with_mosaic_points
 from ssjs_cli.optical.planar_output import write_planar_survey
 from ssjs_cli.optical.planar_survey import PlanarSurvey, planar_survey
 from ssjs_cli.progress import interruptible, working
@@ -302,6 +304,12 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
             frames = survey_of_frames(mission, settings.values, seed, lost, progress)
         stopwatch.lap("register")
     log = build_log(mission, settings, directory, lost) if frames is None else frames.log
+    if outcomes and settings.values[LANDMARK_SOURCE] == "mosaic-points":
+        with interruptible("points of the mosaic") as progress:
+            used = [(outcome.time_s, outcome.file) for outcome in outcomes if not outcome.kind]
+            mission = with_mosaic_points(mission, used, settings.values, run_estimator(settings.values, log, seed, progress), seed)
+            log = build_log(mission, settings, directory, lost)
+        stopwatch.lap("mosaic_points")
     if not mission.has_observations:
         warnings.append("the mission holds no observations: the answer is dead reckoning")
         session.warn(f"{directory}: {warnings[-1]}")
