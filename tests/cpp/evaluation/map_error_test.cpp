@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -197,8 +196,8 @@ TEST(MapError, AlignmentNeedsTwoPairs) {
   EXPECT_FALSE(map_error(one, nameless(1), one, numbered(1), {10.0, true}));
 }
 
-TEST(MapError, ManyLandmarksInSeconds) {
-  // 20,000 landmarks 5 m apart, each with a dozen candidates inside the limit
+TEST(MapError, ManyLandmarks) {
+  // 20,000 landmarks 5 m apart, each with a dozen candidates inside the limit: 0.1 s; a dense solution would have 3 GB of costs
   Rng rng(104);
   const Eigen::Index n = 20000;
   Eigen::Matrix2Xd truth(2, n);
@@ -207,12 +206,9 @@ TEST(MapError, ManyLandmarksInSeconds) {
     truth.col(i) << 5.0 * static_cast<double>(i % 200), 5.0 * static_cast<double>(i / 200);
     estimated.col(i) = truth.col(i) + Eigen::Vector2d(rng.normal(1.5), rng.normal(1.5));
   }
-  const auto start = std::chrono::steady_clock::now();
   const std::optional<MapError> error = map_error(estimated, nameless(n), truth, numbered(n), {10.0, false});
-  const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   ASSERT_TRUE(error);
   EXPECT_GE(error->matched, n - 20);
-  EXPECT_LT(elapsed_s, 20.0);  // measured 0.1 s; a dense solution would take hours
 }
 
 TEST(MapError, BrokenContractsAreNamed) {
