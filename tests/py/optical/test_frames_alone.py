@@ -108,3 +108,14 @@ def test_options_of_other_vehicles_are_refused(cli: Callable[..., Any], mission:
     assert answer.code == 2 and "--calibrate" in answer.err
     answer = cli("run", mission, "--set", "frames.rounds=0")
     assert answer.code == 2 and "frames.rounds" in answer.err
+
+
+def test_its_settings_have_their_own_defaults(cli: Callable[..., Any], mission: Path) -> None:
+    dumped = cli("config", "dump", "--of", "frames", "--json")
+    assert json.loads(dumped.out)["frames"]["keypoints"]["max_keypoints"] == 1000
+    assert cli("config", "check", mission).code == 0
+    assert cli("config", "check", mission, "--of", "underwater").code == 2
+    text = (mission / "mission.toml").read_text()
+    (mission / "mission.toml").write_text(text + "roundz = 3\n")
+    answer = cli("config", "check", mission)
+    assert answer.code == 2 and "roundz" in answer.err and "rounds" in answer.err
