@@ -11,9 +11,6 @@
 namespace ssjs {
 namespace {
 
-constexpr double kPauseIntervals = 10.0;  // usual intervals between frames: longer ones are pauses
-constexpr double kAnyHeading = 3.0;       // rad^2, of a heading that may be any
-
 /// ln of how much longer a pixel of the second frame is, by the spreads of the same points about their middles.
 double log_length_ratio(const MatchedFrames& pair) {
   const auto spread = [](const Eigen::Matrix2Xd& points) { return (points.colwise() - points.rowwise().mean()).squaredNorm(); };
@@ -107,12 +104,6 @@ std::vector<GaussianSe2> bridged(const std::vector<std::optional<GaussianSe2>>& 
   }
   if (known == 0) throw InvalidArgument("motions", static_cast<int>(n), "no two frames that follow each other registered");
   const Eigen::Vector3d usual = changes > 0 ? Eigen::Vector3d(change / changes) : Eigen::Vector3d(speed / known);
-  // After so long a pause nobody knows which way the vehicle went: it stays, give or take what it would have travelled. (V-19)
-  std::vector<double> intervals;
-  for (Eigen::Index i = 0; i < n; ++i) intervals.push_back(dt_s(i));
-  std::nth_element(intervals.begin(), intervals.begin() + n / 2, intervals.end());
-  const double pause_s = kPauseIntervals * intervals[static_cast<std::size_t>(n / 2)];
-  const Eigen::Vector3d travelled = speed / known;
   const double tiny = 1e-12;  // motions that are all alike still leave a gap unsure
 
   std::vector<GaussianSe2> increments;
@@ -123,11 +114,8 @@ std::vector<GaussianSe2> bridged(const std::vector<std::optional<GaussianSe2>>& 
       increments.push_back(*motion);
       continue;
     }
-    const bool is_pause = dt_s(i) > pause_s;
-    Eigen::Vector3d variance = (is_pause ? travelled : usual) * std::pow(config.unseen_factor * dt_s(i), 2);  // (V-19)
-    variance.z() = std::min(variance.z(), kAnyHeading);
-    const Eigen::Vector3d step = is_pause ? Eigen::Vector3d::Zero() : Eigen::Vector3d(kept * dt_s(i));
-    increments.push_back({Se2::from_vector(step), Eigen::Matrix3d(variance.cwiseMax(tiny).asDiagonal())});
+    const Eigen::Vector3d variance = usual * std::pow(config.unseen_factor * dt_s(i), 2);  // (V-19)
+    increments.push_back({Se2::from_vector(kept * dt_s(i)), Eigen::Matrix3d(variance.cwiseMax(tiny).asDiagonal())});
   }
   return increments;
 }

@@ -20,7 +20,10 @@ _MISSIONS = {OF_RUN: "in the plane", OF_UNDERWATER: "under water", OF_FRAMES: "o
 
 
 def _kind_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    text = "Settings of `run` and its studies on land, of `run` under water or with frames alone, of `segment`, or of the pictures of aekf-loop-images."
+    text = (
+        "Settings of `run` and its studies on land, of `run` under water or with frames alone, of `segment`, or of the pictures of "
+        "aekf-loop-images."
+    )
     return click.option(
         "--of",
         "kind_name",

@@ -56,9 +56,8 @@ struct MatchedFrames {
                                                       const VisualOdometryConfig& config);
 
 /// One increment from each frame to the next. motions[i]: from frame i to i + 1, none where they did not register: there the velocity is
-/// kept that the last registered frames had, as unsure as its changes are large; after a pause of ten usual intervals and more the vehicle
-/// is where it was, as unsure as what it would have travelled is long. (V-19) Throws InvalidArgument when no two frames registered, or
-/// times do not increase.
+/// kept that the last registered frames had, as unsure as its changes are large. (V-19)
+/// Throws InvalidArgument when no two frames registered, or times do not increase.
 [[nodiscard]] std::vector<GaussianSe2> bridged(const std::vector<std::optional<GaussianSe2>>& motions, const Eigen::VectorXd& time_s,
                                                const VisualOdometryConfig& config);
 
