@@ -76,6 +76,10 @@ ESTIMATOR = SettingsKind(
 # from the frames of a camera to keypoints.
 SONAR_PREFIX = "sonar."
 FRAMES_PREFIX = "frames."
+MOSAIC_PREFIX = "mosaic."
+#: What a landmark is, of those with that prefix: no setting of the way to keypoints.
+LANDMARK_SOURCE = "frames.landmarks"
+MOSAIC_POINTS = "frames.mosaic_points"
 
 
 SONAR_MODEL = FieldDescription(
@@ -95,12 +99,18 @@ def core_sonar_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
 
 def levelled_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The settings of the estimator of an underwater mission."""
-    return {key: value for key, value in values.items() if not key.startswith((SONAR_PREFIX, FRAMES_PREFIX))}
+    return {key: value for key, value in values.items() if not key.startswith((SONAR_PREFIX, FRAMES_PREFIX, MOSAIC_PREFIX))}
 
 
 def frame_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The settings of the way from frames to keypoints, as the core has them."""
-    return {key: value for key, value in values.items() if key.startswith(FRAMES_PREFIX)}
+    others = (LANDMARK_SOURCE, MOSAIC_POINTS)
+    return {key: value for key, value in values.items() if key.startswith(FRAMES_PREFIX) and key not in others}
+
+
+def mosaic_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The settings of the mosaic, as the core has them."""
+    return {key: value for key, value in values.items() if key.startswith(MOSAIC_PREFIX)}
 
 
 def _underwater_fields() -> Iterator[FieldDescription]:
@@ -109,11 +119,15 @@ def _underwater_fields() -> Iterator[FieldDescription]:
         yield replace(described, key=SONAR_PREFIX + described.key)
     yield SONAR_MODEL
     yield from (described for described in described_by_core(_core.frame_fields()) if described.key.startswith(FRAMES_PREFIX))
+    of_landmarks = described_by_core(_core.visual_odometry_fields())
+    yield from (described for described in of_landmarks if described.key in (LANDMARK_SOURCE, MOSAIC_POINTS))
+    yield from described_by_core(_core.mosaic_fields())
 
 
 def _underwater_violations(values: Mapping[str, Scalar]) -> list[str]:
     of_sonar = _core.validate_side_scan_survey(core_sonar_values(values))
-    of_frames = _core.validate_frames(frame_values(values))
+    of_frames = _core.validate_frames(frame_values(values)) + _core.validate_mosaic(mosaic_values(values))
+    of_frames += _core.validate_visual_odometry({key: values[key] for key in (LANDMARK_SOURCE, MOSAIC_POINTS) if key in values})
     return _core.validate_levelled_config(levelled_values(values)) + [SONAR_PREFIX + violation for violation in of_sonar] + of_frames
 
 

@@ -19,6 +19,7 @@ from ssjs_cli.config import (
     ASSOCIATION_KEY,
     DEFAULT_SEED,
     ESTIMATOR,
+    LANDMARK_SOURCE,
     METHOD_KEY,
     SONAR_MODEL,
     UNDERWATER,
@@ -57,7 +58,8 @@ from ssjs_cli.formats.run_directory import (
     write_estimate,
 )
 from ssjs_cli.methods import refuse_elsewhere
-from ssjs_cli.optical.frame_settings import FRAMES_ALONE, PRESET, FrameSettings
+from ssjs_cli.optical.frame_settings import FRAMES_ALONE, FrameSettings
+from ssjs_cli.optical.mosaic_landmarks import with_mosaic_points
 from ssjs_cli.optical.planar_output import write_planar_survey
 from ssjs_cli.optical.planar_survey import PlanarSurvey, planar_survey
 from ssjs_cli.progress import interruptible, working
@@ -133,10 +135,8 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     if kind is UNDERWATER:
         refuse_planar_options(request, directory)
         layers[:0] = [rotation_drive(mission, directory), north(mission, directory), camera_of(mission, directory)]
-    if kind is FRAMES_ALONE:
-        if request.calibrate:
-            raise UserError(f"--calibrate: is for odometry of a vehicle, and {directory} holds frames alone; leave it out")
-        layers.insert(0, PRESET)
+    if kind is FRAMES_ALONE and request.calibrate:
+        raise UserError(f"--calibrate: is for odometry of a vehicle, and {directory} holds frames alone; leave it out")
     layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
     if mission.odometry is not None and all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))
@@ -302,6 +302,12 @@ def run_mission(request: RunRequest, session: Session) -> FinishedRun:
             frames = survey_of_frames(mission, settings.values, seed, lost, progress)
         stopwatch.lap("register")
     log = build_log(mission, settings, directory, lost) if frames is None else frames.log
+    if outcomes and settings.values[LANDMARK_SOURCE] == "mosaic-points":
+        with interruptible("points of the mosaic") as progress:
+            used = [(outcome.time_s, outcome.file) for outcome in outcomes if not outcome.kind]
+            mission = with_mosaic_points(mission, used, settings.values, run_estimator(settings.values, log, seed, progress), seed)
+            log = build_log(mission, settings, directory, lost)
+        stopwatch.lap("mosaic_points")
     if not mission.has_observations:
         warnings.append("the mission holds no observations: the answer is dead reckoning")
         session.warn(f"{directory}: {warnings[-1]}")

@@ -64,7 +64,8 @@ def build_navigation_log(mission: Mission, directory: Path, lost: list[str]) -> 
         if mission.keypoints is not None:
             keypoints = mission.keypoints
             descriptor = keypoints.descriptor if len(keypoints.descriptor) else None
-            log.add_frames(keypoints.time_s, keypoints.pixel, keypoints.count.tolist(), descriptor)
+            ids = None if keypoints.landmark_id is None else keypoints.landmark_id.tolist()
+            log.add_frames(keypoints.time_s, keypoints.pixel, keypoints.count.tolist(), descriptor, ids)
     except ValueError as error:
         raise UserError(f"{directory}: {error}") from error
     return log

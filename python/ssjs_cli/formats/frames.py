@@ -41,12 +41,13 @@ class FrameIndex:
 @dataclass(frozen=True)
 class FrameKeypoints:
     """Of the frames that were used: time_s (n,), count (n,) keypoints of each; pixel (m, 2) u, v of the corrected frame and descriptor
-    (m, d), those of the first frame first."""
+    (m, d), those of the first frame first. landmark_id (m,): where it is known what they show, and descriptors are not needed."""
 
     time_s: FloatArray
     count: IntArray
     pixel: FloatArray
     descriptor: NDArray[np.float32]
+    landmark_id: IntArray | None = None
 
 
 def read_frames(directory: Path) -> FrameIndex | None:

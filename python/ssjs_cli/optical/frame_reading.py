@@ -1,7 +1,7 @@
 """The frames of a mission, read one after the other: what they hold, and their pixels once more. Those that are worth nothing are named,
 none is fatal."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -34,14 +34,16 @@ class UsableFrames:
     def straightened(self, lens: dict[str, Any]) -> "UsableFrames":
         return replace(self, features=tuple(features.straightened(lens) for features in self.features))
 
+    def part(self, begin: int, end: int) -> "UsableFrames":
+        features = self.features[begin:end]
+        with_region = sum(len(found.regions["area_px"]) > 0 for found in features)
+        return replace(self, time_s=self.time_s[begin:end], paths=self.paths[begin:end], features=features, with_region=with_region)
+
     def positions_px(self) -> list[FloatArray]:
         return [features.keypoints["position_px"] for features in self.features]
 
-    def pixels(self) -> Iterator[Frame]:
-        """From their files, in order, all with as many channels."""
-        return (self.pixels_of(number) for number in range(len(self.paths)))
-
     def pixels_of(self, number: int) -> Frame:
+        """From its file; all with as many channels."""
         frame = decoded(frame_bytes(self.paths[number]))
         return np.repeat(frame[:, :, None], 3, axis=2) if self.is_colour and frame.ndim == 2 else frame
 

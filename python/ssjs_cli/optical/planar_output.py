@@ -1,10 +1,12 @@
 """What the run of a mission of frames alone leaves beside its estimate: the mosaic, matches drawn between frames, and their numbers."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ssjs_cli.formats.frame_image import Frame
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import PICTURES_FOLDER, Estimate
 from ssjs_cli.optical.frame_settings import FrameSettings
@@ -19,7 +21,12 @@ def write_planar_survey(directory: Path, survey: PlanarSurvey, settings: FrameSe
     pose = _poses(estimate, survey.frames.time_s)
     reader = settings.reader(survey.lens)
     index = PictureIndex(directory / PICTURES_FOLDER, settings.length_unit)
-    index.add_mosaic(draw_mosaic(survey.frames.pixels, survey.placed_on_map(pose), reader, settings.of_mosaic))
+    drawn = survey.connected()
+
+    def pixels() -> Iterator[Frame]:
+        return (survey.frames.pixels_of(number) for number in drawn)
+
+    index.add_mosaic(draw_mosaic(pixels, survey.placed_on_map(pose)[drawn], reader, settings.of_mosaic))
     positions = survey.frames.positions_px()
     for first, second in shown_links(survey.links):
         rows = survey.links[first, second]["inliers"]
@@ -38,6 +45,7 @@ def write_planar_survey(directory: Path, survey: PlanarSurvey, settings: FrameSe
         "frames": survey.frames.given,
         "frames_used": len(survey.frames.paths),
         "frames_with_region": survey.frames.with_region,
+        "frames_on_mosaic": len(drawn),
         "frames_registered": int(np.sum(survey.registered)),
         "frame_revisits": survey.revisits,
         "frame_rounds": survey.rounds,
