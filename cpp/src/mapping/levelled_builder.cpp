@@ -148,7 +148,7 @@ void LevelledBuilder::associate(const NavigationTick& tick) {
     if (!sighting.pixel.allFinite() || !sighting.descriptor.allFinite())
       throw InvalidArgument("NavigationTick.frame", "not finite", "must have finite pixels and descriptors");
   }
-  frame_ = associate_frame(*tick.frame, filter_, landmarks_, *camera_, config_.camera, config_.frames, config_.association);
+  frame_ = associate_frame(*tick.frame, filter_, landmarks_, *camera_, config_.camera, config_.camera_association, config_.association);
 }
 
 void LevelledBuilder::start(const NavigationTick& tick) {
@@ -445,7 +445,7 @@ std::optional<LevelledSubmap> LevelledBuilder::finish(const std::string& reason)
 /// A camera shows more landmarks than a sonar does: with it, they are counted by its own limit.
 SplitPolicyConfig LevelledBuilder::split_policy() const {
   SplitPolicyConfig policy = config_.split.policy;
-  if (camera_ && policy.max_landmarks) policy.max_landmarks = config_.frames.max_landmarks;
+  if (camera_ && policy.max_landmarks) policy.max_landmarks = config_.camera_association.max_landmarks;
   return policy;
 }
 

@@ -59,7 +59,8 @@ void LevelledBuilder::add_rays(const CameraFrame& frame, TickResult& result) {
   if (!knows_seabed()) return;
   for (const Eigen::Index i : frame_->fresh) {
     const std::optional<int>& most = config_.split.policy.max_landmarks;
-    if (most && static_cast<int>(landmarks_.size()) > config_.frames.max_landmarks) return;  // full: closed at the next velocity
+    if (most && static_cast<int>(landmarks_.size()) > config_.camera_association.max_landmarks)
+      return;  // full: closed at the next velocity
     const CameraSighting& sighting = frame.sightings[at(i)];
     const std::optional<NewRay> ray = ray_from_pixel(filter_.vehicle(), sighting.pixel, *camera_, config_.camera);
     if (!ray) continue;
@@ -75,7 +76,7 @@ bool LevelledBuilder::is_point(Eigen::Index ray) const {
   const InverseDepth y = filter_.ray(ray);
   if (!(y(5) > 0.0)) return false;
   const Eigen::Vector3d map_p_camera = map_T_vehicle(filter_.vehicle()) * vehicle_T_camera(config_.camera).translation;
-  return linearity_index(y, filter_.inverse_depth_sigma(ray), map_p_camera) < config_.frames.max_linearity;  // (I-7)
+  return linearity_index(y, filter_.inverse_depth_sigma(ray), map_p_camera) < config_.camera_association.max_linearity;  // (I-7)
 }
 
 /// After a frame: rays that are as good as points become points; what was seen too seldom and is seen no more goes, and a point behind
@@ -84,7 +85,8 @@ void LevelledBuilder::settle_rays() {
   for (Eigen::Index i = filter_.landmarks(); i-- > 0;) {
     const MapLandmark& landmark = landmarks_[at(i)];
     if (!landmark.of_camera) continue;
-    const bool is_clutter = landmark.times_seen < config_.frames.min_sightings && missed_[at(i)] >= config_.frames.missed_frames;
+    const bool is_clutter =
+        landmark.times_seen < config_.camera_association.min_sightings && missed_[at(i)] >= config_.camera_association.missed_frames;
     if (is_clutter || (filter_.is_ray(i) && !(filter_.ray(i)(5) > 0.0))) {
       drop_landmark(i);
     } else if (filter_.is_ray(i) && is_point(i)) {
@@ -97,7 +99,7 @@ void LevelledBuilder::settle_rays() {
 void LevelledBuilder::settle_map() {
   for (Eigen::Index i = filter_.landmarks(); i-- > 0;) {
     if (!landmarks_[at(i)].of_camera) continue;
-    if (landmarks_[at(i)].times_seen < config_.frames.min_sightings || (filter_.is_ray(i) && !is_point(i))) {
+    if (landmarks_[at(i)].times_seen < config_.camera_association.min_sightings || (filter_.is_ray(i) && !is_point(i))) {
       drop_landmark(i);
     } else if (filter_.is_ray(i)) {
       filter_.convert_to_point(i);

@@ -59,8 +59,8 @@ void add_errors_at_the_end(std::uint64_t seed, double duration_s, Rays rays, Sum
   LevelledBuilderConfig config = matched(mission);
   never_split(config);
   if (rays == Rays::kNeverConverted) {
-    config.frames.max_linearity = 1e-12;
-    config.frames.missed_frames = 100000;
+    config.camera_association.max_linearity = 1e-12;
+    config.camera_association.missed_frames = 100000;
   }
   LevelledBuilder builder(config);
   std::vector<std::size_t> first;  // tick of the first sighting of each track
@@ -196,7 +196,7 @@ TEST(LevelledCamera, AMapHoldsPointsSeenOftenEnough) {
   EXPECT_EQ(map.mean.size(), map.landmark_offset(map.landmark_count()));
   for (Eigen::Index i = 0; i < map.landmark_count(); ++i) {
     const MapLandmark& landmark = map.landmarks[static_cast<std::size_t>(i)];
-    EXPECT_GE(landmark.times_seen, config.frames.min_sightings);
+    EXPECT_GE(landmark.times_seen, config.camera_association.min_sightings);
     EXPECT_EQ(static_cast<int>(map.times_seen_s(i).size()), landmark.times_seen);
     EXPECT_TRUE(landmark.of_camera);
     EXPECT_EQ(landmark.descriptor.size(), 64);

@@ -77,6 +77,23 @@ Quality quality_of(const LevelledResult& result, const SimulatedSurvey& survey) 
   return quality;
 }
 
+/// The same places, which look different on the way back: position alone would pair them.
+TEST(LevelledCameraRun, I15_WhatLooksDifferentClosesNothing) {
+  const CameraMission mission = two_laps();
+  CameraSurvey made = simulate_camera(mission, 4);
+  const double repainted_s = 0.55 * made.survey.ticks.back().time_s;
+  for (NavigationTick& tick : made.survey.ticks) {
+    if (!tick.frame || tick.time_s < repainted_s) continue;
+    for (CameraSighting& sighting : tick.frame->sightings) sighting.descriptor.reverseInPlace();
+  }
+  LevelledConfig config = config_of(mission);
+  const LevelledResult result = run_levelled_mission(config, made.survey.ticks);
+  EXPECT_GT(result.submaps.size(), 6U);
+  EXPECT_EQ(result.loop_closures, 0);
+  config.joining.max_descriptor_distance = 2.0;
+  EXPECT_GT(run_levelled_mission(config, made.survey.ticks).loop_closures, 2);
+}
+
 /// Bounds on the NEES of the bases per degree of freedom, and on the part of the time within three sigma.
 void expect_consistent(const CameraMission& mission, double most_nees, double least_inside) {
   constexpr int kRuns = 20;
@@ -124,6 +141,7 @@ TEST(LevelledCameraRun, I15_ARevisitClosesTheLoop) {
   EXPECT_EQ(result.map_wrong_pairs, 0);
   EXPECT_LT(quality.rmse_m, quality.dead_reckoning_m / 3.0);
   EXPECT_GE(quality.inside, 0.95);
+  EXPECT_EQ(result.budget_exhausted, 0);
   EXPECT_EQ(result.frame_sightings.size(), static_cast<std::size_t>(result.sensors[camera].used));
   for (const SurveyLandmark& landmark : result.landmarks) EXPECT_TRUE(landmark.confirmed);
 }
