@@ -191,7 +191,13 @@ FrameAssociation associate_frame(const CameraFrame& frame, const LevelledFilter&
         answer.pairs = std::move(hypothesis.pairs);
         answer.budget_exhausted = hypothesis.budget_exhausted;
       }
-      answer.refused += static_cast<int>(observations.size() - answer.pairs.size());
+      // landmarks that no keypoint found although one lies in the gate and looks alike; two keypoints on one landmark are no contradiction
+      std::vector<bool> wanted(answer.predicted.size(), false);
+      for (const Eigen::Index i : observations) {
+        for (const Eigen::Index j : compatibility.candidates[at(i)]) wanted[at(j)] = true;
+      }
+      for (const Pair& pair : answer.pairs) wanted[at(pair.prediction)] = false;
+      answer.refused += static_cast<int>(std::count(wanted.begin(), wanted.end(), true));
     }
     // the frame as a whole, whatever chose its pairs
     const auto frame_gate = [&] {
