@@ -58,7 +58,7 @@ from ssjs_cli.formats.run_directory import (
     write_estimate,
 )
 from ssjs_cli.methods import refuse_elsewhere
-from ssjs_cli.optical.frame_settings import FRAMES_ALONE, PRESET, FrameSettings
+from ssjs_cli.optical.frame_settings import FRAMES_ALONE, FrameSettings
 from ssjs_cli.optical.mosaic_landmarks import with_mosaic_points
 from ssjs_cli.optical.planar_output import write_planar_survey
 from ssjs_cli.optical.planar_survey import PlanarSurvey, planar_survey
@@ -135,10 +135,8 @@ def resolve_settings(request: RunRequest, directory: Path, mission: Mission) -> 
     if kind is UNDERWATER:
         refuse_planar_options(request, directory)
         layers[:0] = [rotation_drive(mission, directory), north(mission, directory), camera_of(mission, directory)]
-    if kind is FRAMES_ALONE:
-        if request.calibrate:
-            raise UserError(f"--calibrate: is for odometry of a vehicle, and {directory} holds frames alone; leave it out")
-        layers.insert(0, PRESET)
+    if kind is FRAMES_ALONE and request.calibrate:
+        raise UserError(f"--calibrate: is for odometry of a vehicle, and {directory} holds frames alone; leave it out")
     layers.append(layer_from_flag("--smooth", SMOOTHING_KEY, "true" if request.smooth else None))
     if mission.odometry is not None and all(VEHICLE_KEY not in layer.values for layer in layers):
         layers.insert(0, Layer(f"the columns of {directory / 'odometry.csv'}", {VEHICLE_KEY: mission.odometry.kind}))

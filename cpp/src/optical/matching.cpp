@@ -98,8 +98,8 @@ std::optional<cv::Matx33d> grow(const Pairs& pairs, std::vector<std::size_t>& in
 
 }  // namespace
 
-cv::Point2d transformed(const cv::Matx33d& H, cv::Point2d p) {
-  const cv::Vec3d q = H * cv::Vec3d(p.x, p.y, 1.0);
+cv::Point2d transformed(const cv::Matx33d& second_H_first, cv::Point2d first_px) {
+  const cv::Vec3d q = second_H_first * cv::Vec3d(first_px.x, first_px.y, 1.0);
   return {q[0] / q[2], q[1] / q[2]};
 }
 

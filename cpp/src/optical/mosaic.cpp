@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "ssjs/base/error.hpp"
@@ -11,6 +12,7 @@
 namespace ssjs {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLeastWeight = 1e-6;  // a pixel at the very border counts where nothing else is seen
 constexpr double kDarkest = 4.0;       // levels: light weaker than this is not divided out
 
@@ -65,7 +67,7 @@ void check_frame(const cv::Mat& frame) {
 MosaicWindow mosaic_window(const std::vector<cv::Matx33d>& map_H_frame, cv::Size frame, const MosaicConfig& config) {
   throw_if_any(violations(config));
   if (map_H_frame.empty() || frame.area() <= 0) throw InvalidArgument("map_H_frame", static_cast<int>(map_H_frame.size()), "is empty");
-  double left = INFINITY, right = -INFINITY, bottom = INFINITY, top = -INFINITY;
+  double left = kInfinity, right = -kInfinity, bottom = kInfinity, top = -kInfinity;
   std::vector<double> lengths;
   for (const cv::Matx33d& H : map_H_frame) {
     if (!is_ahead(H, frame)) {
@@ -152,7 +154,7 @@ void MosaicCanvas::add(const cv::Mat& frame, const cv::Matx33d& map_H_frame, con
     const double sx = static_cast<double>(frame.cols) / size.width, sy = static_cast<double>(frame.rows) / size.height;
     canvas_H_frame = canvas_H_frame * cv::Matx33d(sx, 0, 0.5 * sx - 0.5, 0, sy, 0.5 * sy - 0.5, 0, 0, 1);
   }
-  double left = INFINITY, right = -INFINITY, top = INFINITY, bottom = -INFINITY;
+  double left = kInfinity, right = -kInfinity, top = kInfinity, bottom = -kInfinity;
   for (const cv::Point2d corner : corners(pixels.size())) {
     const cv::Point2d p = transformed(canvas_H_frame, corner);
     left = std::min(left, p.x);

@@ -15,16 +15,19 @@ from ssjs_cli.session import Session
 if TYPE_CHECKING:
     from ssjs_cli.config import SettingsKind
 
-OF_RUN, OF_UNDERWATER, OF_SEGMENTATION, OF_PICTURES = "run", "underwater", "segmentation", "pictures"
-_MISSIONS = {OF_RUN: "in the plane", OF_UNDERWATER: "under water"}
+OF_RUN, OF_UNDERWATER, OF_FRAMES, OF_SEGMENTATION, OF_PICTURES = "run", "underwater", "frames", "segmentation", "pictures"
+_MISSIONS = {OF_RUN: "in the plane", OF_UNDERWATER: "under water", OF_FRAMES: "of frames alone"}
 
 
 def _kind_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    text = "Settings of `run` and its studies on land, of `run` under water, of `segment`, or of the pictures of aekf-loop-images."
+    text = (
+        "Settings of `run` and its studies on land, of `run` under water or with frames alone, of `segment`, or of the pictures of "
+        "aekf-loop-images."
+    )
     return click.option(
         "--of",
         "kind_name",
-        type=click.Choice((OF_RUN, OF_UNDERWATER, OF_SEGMENTATION, OF_PICTURES)),
+        type=click.Choice((OF_RUN, OF_UNDERWATER, OF_FRAMES, OF_SEGMENTATION, OF_PICTURES)),
         default=OF_RUN,
         show_default=True,
         help=text,
@@ -40,6 +43,10 @@ def _kind(name: str) -> "SettingsKind":
         from ssjs_cli.sonar_loop import PICTURES
 
         return PICTURES
+    if name == OF_FRAMES:
+        from ssjs_cli.optical.frame_settings import FRAMES_ALONE
+
+        return FRAMES_ALONE
     from ssjs_cli.config import ESTIMATOR, UNDERWATER
 
     return UNDERWATER if name == OF_UNDERWATER else ESTIMATOR
@@ -117,14 +124,14 @@ def check(context: click.Context, file: str, kind_name: str, seed: int | None, f
     """Check FILE: a configuration file, a mission.toml or a mission directory, whose own files tell --of."""
     from ssjs_cli.config import Layer, layer_from_file, layer_from_tables, resolve
     from ssjs_cli.errors import UserError
-    from ssjs_cli.formats.mission import MISSION_FILE, is_underwater, read_mission_document
+    from ssjs_cli.formats.mission import MISSION_FILE, holds_frames_alone, is_underwater, read_mission_document
 
     path = Path(file)
     if path.is_dir():
         path = path / MISSION_FILE
     layer: Layer
     if path.name == MISSION_FILE and kind_name != OF_SEGMENTATION:
-        own = OF_UNDERWATER if is_underwater(path.parent) else OF_RUN
+        own = OF_FRAMES if holds_frames_alone(path.parent) else OF_UNDERWATER if is_underwater(path.parent) else OF_RUN
         if context.get_parameter_source("kind_name") is ParameterSource.COMMANDLINE and kind_name != own:
             raise UserError(f"--of {kind_name}: {path} is of a mission {_MISSIONS[own]}; give --of {own}, or leave it out")
         kind = _kind(own)

@@ -383,6 +383,12 @@ def _has_odometry(directory: Path, navigation: UnderwaterNavigation | None, fram
     return has_file or (navigation is None and frames is None)
 
 
+def holds_frames_alone(directory: Path) -> bool:
+    """Whether the files of a mission are those of a camera, and nothing that tells of the vehicle's motion."""
+    others = (ODOMETRY_FILE, *NAVIGATION_FILES)
+    return (directory / FRAMES_FOLDER).is_dir() and not any(holds_file(directory / name) for name in others)
+
+
 def is_underwater(directory: Path) -> bool:
     """Whether the files of a mission are those of an underwater vehicle: its own sensors or a camera, and no odometry."""
     if holds_file(directory / ODOMETRY_FILE):

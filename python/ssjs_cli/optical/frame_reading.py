@@ -34,6 +34,11 @@ class UsableFrames:
     def straightened(self, lens: dict[str, Any]) -> "UsableFrames":
         return replace(self, features=tuple(features.straightened(lens) for features in self.features))
 
+    def part(self, begin: int, end: int) -> "UsableFrames":
+        features = self.features[begin:end]
+        with_region = sum(len(found.regions["area_px"]) > 0 for found in features)
+        return replace(self, time_s=self.time_s[begin:end], paths=self.paths[begin:end], features=features, with_region=with_region)
+
     def positions_px(self) -> list[FloatArray]:
         return [features.keypoints["position_px"] for features in self.features]
 

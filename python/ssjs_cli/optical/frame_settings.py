@@ -2,34 +2,17 @@
 and of the mosaic."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
+from types import MappingProxyType
 from typing import Any
 
 from ssjs_cli import _core
-from ssjs_cli.config import ESTIMATOR, FieldDescription, Layer, Scalar, SettingsKind, described_by_core, field_descriptions
+from ssjs_cli.config import ESTIMATOR, FieldDescription, Scalar, SettingsKind, described_by_core, field_descriptions
 from ssjs_cli.errors import UserError
 
-
-def _fields() -> Iterator[FieldDescription]:
-    yield from field_descriptions(ESTIMATOR).values()
-    yield from described_by_core(_core.frame_fields())
-    yield from described_by_core(_core.visual_odometry_fields())
-    yield from described_by_core(_core.mosaic_fields())
-
-
-def _violations(values: Mapping[str, Scalar]) -> list[str]:
-    estimator = {key: value for key, value in values.items() if key in field_descriptions(ESTIMATOR)}
-    settings = FrameSettings(values)
-    found = list(_core.validate_config(estimator))
-    found += _core.validate_frames(settings.of_frames) + _core.validate_visual_odometry(settings.of_motion)
-    return found + _core.validate_mosaic(settings.of_mosaic)
-
-
-FRAMES_ALONE = SettingsKind("FrameSettings", "frames.metres_per_px=0.004", _fields, _violations)
-
 #: What is usual where the only sensor is a camera; lengths are metres, or widths of a frame where the size of a pixel is not known.
-PRESET = Layer(
-    "a mission of frames alone",
+DEFAULTS: Mapping[str, Scalar] = MappingProxyType(
     {
         "vehicle.kind": "increments",
         "association.method": "known",
@@ -44,8 +27,25 @@ PRESET = Layer(
         "frames.keypoints.surf_threshold": 3.0,
         "frames.keypoints.surf_zoom": 1.5,
         "matching.tolerance_px": 6.0,
-    },
+    }
 )
+
+
+def _fields() -> Iterator[FieldDescription]:
+    parts = (_core.frame_fields(), _core.visual_odometry_fields(), _core.mosaic_fields())
+    for described in chain(field_descriptions(ESTIMATOR).values(), *(described_by_core(part) for part in parts)):
+        yield replace(described, default=DEFAULTS.get(described.key, described.default))
+
+
+def _violations(values: Mapping[str, Scalar]) -> list[str]:
+    estimator = {key: value for key, value in values.items() if key in field_descriptions(ESTIMATOR)}
+    settings = FrameSettings(values)
+    found = list(_core.validate_config(estimator))
+    found += _core.validate_frames(settings.of_frames) + _core.validate_visual_odometry(settings.of_motion)
+    return found + _core.validate_mosaic(settings.of_mosaic)
+
+
+FRAMES_ALONE = SettingsKind("FrameSettings", "frames.metres_per_px=0.004", _fields, _violations)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@ better known, with others that show the same ground. docs/math/optical.md (V-15.
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from ssjs_cli.optical.frame_reading import UsableFrames, usable_frames
 from ssjs_cli.optical.frame_settings import FrameSettings
 
 LEAST_MATCHES = 4
+#: Usual intervals between frames; what is longer is a pause.
+PAUSE_INTERVALS = 10.0
 FrameProgress = Callable[[float], bool]
 Estimator = Callable[[Any], Mapping[str, Any]]
 
@@ -75,6 +78,7 @@ def planar_survey(
     reader = settings.reader(calibration)
     frames = usable_frames(index, reader, lost, lambda fraction: progress(0.5 * fraction))
     survey = PlanarSurvey(frames, calibration, False, _sequence(frames, settings))
+    _keep_longest_part(survey, lost)
     if not survey.links:
         raise UserError(f"{index.folder}: no two frames that follow each other show the same ground; check their order and their overlap")
     if calibration is None and settings.own("estimate_lens"):
@@ -92,7 +96,7 @@ def planar_survey(
         if not _look_along(survey, settings, result, tried):
             break
     if settings.own("landmarks") == "mosaic-points":
-        pose, _ = poses_at_frames(estimate(survey.log), frames.time_s)
+        pose, _ = poses_at_frames(estimate(survey.log), survey.frames.time_s)
         _build_log(survey, settings, pose, seed)
     return survey
 
@@ -111,6 +115,23 @@ def _sequence(frames: UsableFrames, settings: FrameSettings) -> dict[tuple[int, 
         if found is not None:
             links[number, number + 1] = found
     return links
+
+
+def _keep_longest_part(survey: PlanarSurvey, lost: list[str]) -> None:
+    """Nothing is known of where the vehicle went in a long pause."""
+    time_s = survey.frames.time_s
+    intervals_s = np.diff(time_s)
+    pause_s = PAUSE_INTERVALS * float(np.median(intervals_s))
+    ends = [row + 1 for row, interval in enumerate(intervals_s.tolist()) if interval > pause_s and (row, row + 1) not in survey.links]
+    if not ends:
+        return
+    begin, end = max(pairwise([0, *ends, len(time_s)]), key=lambda part: part[1] - part[0])
+    lost.append(
+        f"{len(time_s) - (end - begin)} of {len(time_s)} frames lie beyond a pause of more than {pause_s:.0f} s and were not used; "
+        "make them a mission of their own"
+    )
+    survey.frames = survey.frames.part(begin, end)
+    survey.links = {(a - begin, b - begin): found for (a, b), found in survey.links.items() if begin <= a and b < end}
 
 
 def _take_lens_out(survey: PlanarSurvey, settings: FrameSettings) -> None:

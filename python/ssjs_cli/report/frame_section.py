@@ -32,7 +32,7 @@ def frame_section(pictures: FramePictures | None) -> FrameSection | None:
     if pictures.mosaic is not None:
         section.mosaic = CaptionedPicture(
             jpeg_url(pictures.mosaic.path, MOSAIC_QUALITY, MOSAIC_WIDTH_PX),
-            f"Every frame where the final track has it, its lens and the lamps' light taken out, {pictures.mosaic.width_px} × "
+            f"Frames where the final track has them, their lens and the lamps' light taken out, {pictures.mosaic.width_px} × "
             f"{pictures.mosaic.height_px} pixels in {pictures.folder.name}/{pictures.mosaic.path.name}. White was not seen.",
         )
     for entry in pictures.matches:

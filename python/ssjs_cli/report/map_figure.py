@@ -165,11 +165,18 @@ def _range(low: float, high: float, margin: float) -> list[float]:
 
 
 def _shown_points(files: RunFiles, axes: MapAxes) -> FloatArray:
-    """What the first view must hold: landmarks and the final track; without them the online track, without that dead reckoning."""
+    """What the first view must hold: landmarks, the final track and the mosaic; without the first two the online track, without that
+    dead reckoning."""
     parts = [part.position for part in (files.landmarks, files.trajectory) if part is not None and len(part.position)]
     if not parts:
         parts = [part.position for part in (files.online, files.dead_reckoning) if part is not None and len(part.position)][:1]
-    return axes.drawn(np.concatenate(parts)) if parts else np.zeros((0, 2))
+    if not parts:
+        return np.zeros((0, 2))
+    shown = axes.drawn(np.concatenate(parts))
+    if files.pictures is None or files.pictures.mosaic is None:
+        return shown
+    mosaic = files.pictures.mosaic
+    return np.concatenate((shown, [[mosaic.left, mosaic.bottom], [mosaic.right, mosaic.top]]))
 
 
 class _Painter:

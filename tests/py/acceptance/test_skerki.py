@@ -16,7 +16,7 @@ from ssjs_cli import _core
 from ssjs_cli.config import resolve
 from ssjs_cli.formats.frames import FrameIndex
 from ssjs_cli.formats.number_table import FloatArray
-from ssjs_cli.optical.frame_settings import FRAMES_ALONE, PRESET, FrameSettings
+from ssjs_cli.optical.frame_settings import FRAMES_ALONE, FrameSettings
 from ssjs_cli.optical.planar_survey import PlanarSurvey, planar_survey, poses_at_frames
 
 FIRST_CONTIGUOUS = 539
@@ -53,7 +53,7 @@ def skerki(data_set: Callable[[str], Path]) -> Survey:
     folder = data_set("skerki")
     names = sorted(path.name for path in (folder / "images").glob("*.png") if int(path.name.split(".")[2]) >= FIRST_CONTIGUOUS)
     row = {int(name.split(".")[2]): number for number, name in enumerate(names)}
-    settings = FrameSettings(resolve([PRESET], FRAMES_ALONE).values)
+    settings = FrameSettings(resolve([], FRAMES_ALONE).values)
 
     def estimate(log: Any) -> Mapping[str, Any]:
         return _core.run(settings.of_estimator, log, 1)

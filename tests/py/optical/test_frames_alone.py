@@ -95,6 +95,20 @@ def test_bad_frames_are_named_and_none_is_fatal(cli: Callable[..., Any], mission
     assert position_errors(tmp_path / "run", kept).max() < 0.4
 
 
+def test_the_longer_part_of_a_mission_with_a_pause_is_used(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
+    index = mission / "frames" / "index.csv"
+    rows = index.read_text().splitlines()
+    # two frames, an hour, and the rest from another place on
+    kept = [rows[0], *rows[1:3], *(f"{3600.0 + number!r},{rows[number].split(',')[1]}" for number in range(6, 19))]
+    index.write_text("\n".join(kept) + "\n")
+    assert cli("run", mission, "--out", tmp_path / "run").code == 3
+    summary = summary_of(tmp_path / "run")
+    assert any(text.startswith("2 of 15 frames lie beyond a pause") for text in summary["lost"])
+    assert summary["frames_used"] == 13
+    track = read_tum(tmp_path / "run" / "trajectory.tum")
+    assert track.time_s[0] >= 3600.0
+
+
 def test_frames_of_different_places_are_refused(cli: Callable[..., Any], mission: Path) -> None:
     rows = (mission / "frames" / "index.csv").read_text().splitlines()
     (mission / "frames" / "index.csv").write_text("\n".join([rows[0], rows[1], "1.0," + rows[9].split(",")[1]]) + "\n")
@@ -108,3 +122,14 @@ def test_options_of_other_vehicles_are_refused(cli: Callable[..., Any], mission:
     assert answer.code == 2 and "--calibrate" in answer.err
     answer = cli("run", mission, "--set", "frames.rounds=0")
     assert answer.code == 2 and "frames.rounds" in answer.err
+
+
+def test_its_settings_have_their_own_defaults(cli: Callable[..., Any], mission: Path) -> None:
+    dumped = cli("config", "dump", "--of", "frames", "--json")
+    assert json.loads(dumped.out)["frames"]["keypoints"]["max_keypoints"] == 1000
+    assert cli("config", "check", mission).code == 0
+    assert cli("config", "check", mission, "--of", "underwater").code == 2
+    text = (mission / "mission.toml").read_text()
+    (mission / "mission.toml").write_text(text + "roundz = 3\n")
+    answer = cli("config", "check", mission)
+    assert answer.code == 2 and "roundz" in answer.err and "rounds" in answer.err
