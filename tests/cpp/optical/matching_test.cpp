@@ -4,6 +4,7 @@
 
 #include "optical/seabed_picture.hpp"
 #include "ssjs/base/error.hpp"
+#include "ssjs/base/random.hpp"
 #include "ssjs/optical/frame_preprocess.hpp"
 
 namespace ssjs {
@@ -75,6 +76,53 @@ TEST_P(RegistersTest, TurnedScaledAndNoisyViews) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, RegistersTest, testing::Values(KeypointKind::kSurf, KeypointKind::kSift, KeypointKind::kOrb));
+
+TEST(MatchingTest, V14_TheTiltOfACameraIsTakenUp) {
+  cv::Matx33d H = matrix_of({1.02, 0.1, {60.0, -40.0}});
+  H(2, 0) = 1.5e-4;  // moves the border of the frame by about 10 px
+  H(2, 1) = -1e-4;
+  Keypoints first, second;
+  std::vector<KeypointMatch> matches;
+  Rng rng(6);
+  for (int i = 0; i < 160; ++i) {
+    const cv::Point2d p(rng.uniform(0, 320), rng.uniform(0, 240));
+    const cv::Point2d wrong(rng.uniform(0, 320), rng.uniform(0, 240));
+    first.points.push_back({p, 1.0, 0.0, 1.0});
+    second.points.push_back({i % 4 == 0 ? wrong : transformed(H, p) + cv::Point2d(rng.normal(0.3), rng.normal(0.3)), 1.0, 0.0, 1.0});
+    matches.push_back({i, i, 0.1});
+  }
+  MatchingConfig config;
+  config.tolerance_px = 3.0;
+  const auto found = register_frames(first, second, matches, config);
+  ASSERT_TRUE(found);
+  int true_ones = 0;
+  for (const KeypointMatch& match : found->inliers) true_ones += match.first % 4 != 0 ? 1 : 0;
+  EXPECT_EQ(true_ones, 120);
+  EXPECT_LE(found->inliers.size(), 124U);  // a wrong one lies within 3 px by chance at times
+  int of_similarity = 0;
+  for (int i = 0; i < 160; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    if (cv::norm(found->second_T_first * first.points[row].position_px - second.points[row].position_px) <= 3.0) ++of_similarity;
+  }
+  EXPECT_LT(of_similarity, 110);
+  for (const cv::Point2d p : {cv::Point2d(5, 5), cv::Point2d(315, 10), cv::Point2d(160, 235)}) {
+    EXPECT_LT(cv::norm(transformed(found->second_H_first, p) - transformed(H, p)), 0.5);
+  }
+}
+
+TEST(MatchingTest, V14_AnAffineMapAndAHomographyThroughTheirPoints) {
+  const cv::Matx33d A(1.1, 0.2, 5.0, -0.1, 0.9, -3.0, 0.0, 0.0, 1.0), H(1.1, 0.2, 5.0, -0.1, 0.9, -3.0, 1e-3, -5e-4, 1.0);
+  const std::vector<cv::Point2d> first{{0, 0}, {100, 0}, {30, 80}, {-40, 50}, {90, 95}};
+  std::vector<cv::Point2d> by_affine, by_homography;
+  for (const cv::Point2d& p : first) {
+    by_affine.push_back(transformed(A, p));
+    by_homography.push_back(transformed(H, p));
+  }
+  EXPECT_LT(cv::norm(*fit_affine(first, by_affine), A), 1e-9);
+  EXPECT_LT(cv::norm(*fit_homography(first, by_homography), H), 1e-7);
+  EXPECT_FALSE(fit_affine({{0, 0}, {1, 1}, {2, 2}}, {{0, 0}, {1, 1}, {2, 2}}));
+  EXPECT_FALSE(fit_homography({{0, 0}, {1, 0}, {0, 1}}, {{0, 0}, {1, 0}, {0, 1}}));
+}
 
 TEST(MatchingTest, TwoPlacesAreNotRegistered) {
   const Keypoints first = keypoints_of(seabed_picture(kFrame, 400, 7));
