@@ -23,10 +23,11 @@ set(ssjs_test_library_survey survey)
 # hold both builds of a source.
 set(ssjs_watched_sources
     geometry/gaussian geometry/point_grid geometry/se2 geometry/se3 sensors/ackerman sensors/constant_velocity sensors/navigation_sensors
-    sensors/range_bearing sensors/side_scan features/navigation_tick association/compatibility association/joint_compatibility
-    association/joint_factor association/nearest_neighbour filter/ekf filter/levelled_filter filter/map_state filter/symmetric_update
-    filter/whitening mapping/base_fix mapping/levelled_builder mapping/levelled_journal mapping/levelled_record mapping/sighting_association
-    mapping/split_policy simulation/auv_survey simulation/route)
+    sensors/camera_frame sensors/pinhole sensors/range_bearing sensors/side_scan features/navigation_tick association/compatibility
+    association/joint_compatibility association/joint_factor association/nearest_neighbour filter/ekf filter/levelled_filter
+    filter/map_state filter/symmetric_update filter/whitening mapping/base_fix mapping/frame_association mapping/levelled_builder
+    mapping/levelled_builder_camera mapping/levelled_journal mapping/levelled_record mapping/sighting_association mapping/split_policy
+    simulation/auv_survey simulation/route)
 list(TRANSFORM ssjs_watched_sources PREPEND "${PROJECT_SOURCE_DIR}/cpp/src/")
 list(TRANSFORM ssjs_watched_sources APPEND ".cpp")
 add_library(ssjs_watched STATIC EXCLUDE_FROM_ALL ${ssjs_watched_sources})

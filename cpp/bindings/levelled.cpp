@@ -66,7 +66,8 @@ py::dict landmark_dict(const LevelledResult& result) {
   Eigen::VectorXd existence(n);
   std::vector<bool> confirmed;
   std::vector<std::optional<std::int64_t>> identity;
-  py::list maps;
+  py::list maps, tracks;
+  std::vector<bool> of_camera;
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurveyLandmark& landmark = result.landmarks[static_cast<std::size_t>(i)];
     const std::vector<double> P = upper_triangle<3>(landmark.covariance);
@@ -80,6 +81,8 @@ py::dict landmark_dict(const LevelledResult& result) {
     confirmed.push_back(landmark.confirmed);
     identity.push_back(landmark.landmark.source_id);
     maps.append(landmark.maps);
+    tracks.append(landmark.landmark.of_camera ? py::cast(landmark.landmark.tracks) : py::cast(std::vector<std::int64_t>{}));
+    of_camera.push_back(landmark.landmark.of_camera);
   }
   py::dict dict;
   dict["position"] = position;
@@ -88,11 +91,38 @@ py::dict landmark_dict(const LevelledResult& result) {
   dict["submap"] = array_of(submap);
   dict["landmark_id"] = identity;
   dict["maps"] = maps;
+  dict["tracks"] = tracks;
+  dict["of_camera"] = of_camera;
   dict["passes_seen"] = array_of(passes_seen);
   dict["passes_expected"] = array_of(passes_expected);
   dict["existence"] = existence;
   dict["confirmed"] = confirmed;
   dict["joint_covariance"] = result.landmark_covariance.size() > 0 ? py::cast(result.landmark_covariance) : py::none();
+  return dict;
+}
+
+/// One row a landmark that a frame showed; `landmark` is its track, see `tracks` of the landmarks.
+py::dict frame_sighting_dict(const std::vector<FrameSighting>& sightings) {
+  const auto n = static_cast<Eigen::Index>(sightings.size());
+  Eigen::VectorXd time_s(n);
+  RowMatrix measured(n, 2), predicted(n, 2), S(n, 3);
+  std::vector<std::int64_t> submap, landmark;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const FrameSighting& sighting = sightings[static_cast<std::size_t>(i)];
+    time_s(i) = sighting.time_s;
+    measured.row(i) = sighting.measured;
+    predicted.row(i) = sighting.predicted;
+    S.row(i) << sighting.S(0, 0), sighting.S(0, 1), sighting.S(1, 1);
+    submap.push_back(sighting.submap);
+    landmark.push_back(sighting.track);
+  }
+  py::dict dict;
+  dict["time_s"] = time_s;
+  dict["submap"] = array_of(submap);
+  dict["landmark"] = array_of(landmark);
+  dict["measured_px"] = measured;
+  dict["predicted_px"] = predicted;
+  dict["innovation_covariance_px2"] = S;
   return dict;
 }
 
@@ -110,6 +140,7 @@ py::dict to_python(const LevelledResult& result) {
   dict["landmarks"] = landmark_dict(result);
   dict["updates"] = update_dict(result.updates);
   dict["submaps"] = submap_list(result);
+  dict["frame_sightings"] = frame_sighting_dict(result.frame_sightings);
   py::list live_maps;
   for (const LiveMapEstimate& map : result.live_maps) {
     py::dict entry;

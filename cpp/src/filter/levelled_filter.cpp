@@ -23,13 +23,15 @@ std::string name_of(const StateRows& rows) {
 LevelledFilter::LevelledFilter(Eigen::Index landmark_capacity) {
   S_.resize(kInitialRows, kInitialRows);
   innovation_.resize(kInitialRows);
-  reserve(std::max<Eigen::Index>(landmark_capacity, 1));
+  seen_.reserve(kInitialRows);
+  reserve(3 * std::max<Eigen::Index>(landmark_capacity, 1));
 }
 
-void LevelledFilter::reserve(Eigen::Index landmarks) {
-  if (landmarks <= capacity_) return;
-  capacity_ = std::max(landmarks, 2 * capacity_);
-  const Eigen::Index n = (offset(capacity_) + 3) / 4 * 4;  // whole tiles of SymmetricDowndate
+void LevelledFilter::reserve(Eigen::Index rows) {
+  if (rows <= capacity_) return;
+  capacity_ = std::max(rows, 2 * capacity_);
+  offsets_.reserve(static_cast<std::size_t>(capacity_ / 3 + 1));
+  const Eigen::Index n = (kVehicle + capacity_ + 3) / 4 * 4;  // whole tiles of SymmetricDowndate
   const Eigen::Index old = P_.rows();
   mean_.conservativeResize(n);
   mean_.tail(n - old).setZero();
@@ -41,7 +43,7 @@ void LevelledFilter::reserve(Eigen::Index landmarks) {
 }
 
 void LevelledFilter::reset(const VehicleVector& vehicle, const VehicleMatrix& covariance) {
-  landmarks_ = 0;
+  offsets_.resize(1);
   mean_.head<kVehicle>() = vehicle;
   P_.topLeftCorner<kVehicle, kVehicle>() = covariance;
 }
@@ -72,17 +74,63 @@ void LevelledFilter::predict(const VehiclePrediction& motion) {
   if (watcher_ != nullptr) watcher_->on_predict(motion.F);
 }
 
-void LevelledFilter::add_landmark(const SideScanLandmark& landmark) {
-  reserve(landmarks_ + 1);
+template <Eigen::Index kRows>
+void LevelledFilter::add(const Eigen::Matrix<double, kRows, 1>& mean, const Eigen::Matrix<double, kRows, kVehicle>& J,
+                         const Eigen::Matrix<double, kRows, kRows>& noise) {
   const Eigen::Index at = size();
-  const Eigen::Matrix<double, 3, kVehicle> JP = landmark.J_vehicle * vehicle_covariance();
-  mean_.segment<3>(at) = landmark.map_p_landmark;
-  P_.block<3, kVehicle>(at, 0) = JP;  // (F-5)
+  reserve(at - kVehicle + kRows);
+  const Eigen::Matrix<double, kRows, kVehicle> JP = J * vehicle_covariance();
+  mean_.segment<kRows>(at) = mean;
+  P_.block<kRows, kVehicle>(at, 0) = JP;  // (F-5)
   const Eigen::Index m = at - kVehicle;
-  P_.block(at, kVehicle, 3, m).noalias() = landmark.J_vehicle * P_.block(kVehicle, 0, m, kVehicle).transpose();
-  P_.block<3, 3>(at, at) = JP * landmark.J_vehicle.transpose() + landmark.noise;
-  ++landmarks_;
-  if (watcher_ != nullptr) watcher_->on_add(landmark.J_vehicle);
+  P_.block(at, kVehicle, kRows, m).noalias() = J * P_.block(kVehicle, 0, m, kVehicle).transpose();
+  P_.block<kRows, kRows>(at, at) = JP * J.transpose() + noise;
+  offsets_.push_back(at + kRows);
+  if (watcher_ != nullptr) watcher_->on_add(J);
+}
+
+void LevelledFilter::add_landmark(const SideScanLandmark& landmark) { add<3>(landmark.map_p_landmark, landmark.J_vehicle, landmark.noise); }
+
+void LevelledFilter::add_landmark(const NewRay& ray) { add<6>(ray.ray, ray.J_vehicle, ray.noise); }
+
+double LevelledFilter::inverse_depth_sigma(Eigen::Index landmark) const {
+  const Eigen::Index at = offset(landmark) + 5;
+  return std::sqrt(P_(at, at));
+}
+
+void LevelledFilter::cut(Eigen::Index first, Eigen::Index rows) {
+  const Eigen::Index n = size();
+  const Eigen::Index after = n - first - rows;
+  for (Eigen::Index i = 0; i < after; ++i) mean_(first + i) = mean_(first + rows + i);
+  for (Eigen::Index c = 0; c < first; ++c) {  // columns before: their rows move up; columns after: they move left as well
+    for (Eigen::Index i = 0; i < after; ++i) P_(first + i, c) = P_(first + rows + i, c);
+  }
+  for (Eigen::Index c = 0; c < after; ++c) {
+    for (Eigen::Index i = c; i < after; ++i) P_(first + i, first + c) = P_(first + rows + i, first + rows + c);
+  }
+}
+
+void LevelledFilter::convert_to_point(Eigen::Index landmark) {
+  const ConvertedPoint converted = to_point(ray(landmark));
+  const Eigen::Index at = offset(landmark);
+  const Eigen::Index n = size();
+  const Eigen::Matrix<double, 6, 6> own = P_.block<6, 6>(at, at).selfadjointView<Eigen::Lower>();
+  mean_.segment<3>(at) = converted.map_p_point;  // (I-8): e_l = J e_y
+  for (Eigen::Index c = 0; c < at; ++c) P_.block<3, 1>(at, c) = (converted.J * P_.block<6, 1>(at, c)).eval();
+  for (Eigen::Index r = at + 6; r < n; ++r) P_.block<1, 3>(r, at) = (P_.block<1, 6>(r, at) * converted.J.transpose()).eval();
+  P_.block<3, 3>(at, at) = converted.J * own * converted.J.transpose();
+  cut(at + 3, 3);
+  for (auto i = static_cast<std::size_t>(landmark) + 1; i < offsets_.size(); ++i) offsets_[i] -= 3;
+  if (watcher_ != nullptr) watcher_->on_convert(at, converted.J);
+}
+
+void LevelledFilter::drop_landmark(Eigen::Index landmark) {
+  const Eigen::Index at = offset(landmark);
+  const Eigen::Index rows = rows_of(landmark);
+  cut(at, rows);  // (I-9)
+  offsets_.erase(offsets_.begin() + landmark);
+  for (auto i = static_cast<std::size_t>(landmark); i < offsets_.size(); ++i) offsets_[i] -= rows;
+  if (watcher_ != nullptr) watcher_->on_drop(at, rows);
 }
 
 void LevelledFilter::fill_columns(const StateRows& rows, Eigen::Ref<Eigen::MatrixXd> PHt) const {
@@ -92,7 +140,13 @@ void LevelledFilter::fill_columns(const StateRows& rows, Eigen::Ref<Eigen::Matri
   PHt.bottomRows(m).noalias() = P_.block(kVehicle, 0, m, kVehicle) * rows.vehicle.H.transpose();
   if (rows.landmark == StateRows::kNoLandmark) return;
   const Eigen::Index at = offset(rows.landmark);
-  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> Ht = rows.H_landmark.transpose();
+  add_columns(at, rows.H_landmark.transpose(), PHt);
+  if (rows.is_of_ray()) add_columns(at + 3, rows.H_ray.transpose(), PHt);
+}
+
+void LevelledFilter::add_columns(Eigen::Index at, const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>& Ht,
+                                 Eigen::Ref<Eigen::MatrixXd> PHt) const {
+  const Eigen::Index n = size();
   const Eigen::Matrix3d own = P_.block<3, 3>(at, at).selfadjointView<Eigen::Lower>();
   PHt.topRows(at).noalias() += P_.block(at, 0, 3, at).transpose() * Ht;
   PHt.middleRows<3>(at) += own * Ht;
@@ -107,26 +161,28 @@ Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> LevelledFilter::p
   Eigen::Matrix<double, kVehicle, Eigen::Dynamic, 0, kVehicle, 3> of_vehicle(kVehicle, b.rows());
   of_vehicle.noalias() = P_.topLeftCorner<kVehicle, kVehicle>().selfadjointView<Eigen::Lower>() * b.vehicle.H.transpose();
   if (b_sees) of_vehicle.noalias() += P_.block<3, kVehicle>(offset(b.landmark), 0).transpose() * b.H_landmark.transpose();
+  if (b_sees && b.is_of_ray()) of_vehicle.noalias() += P_.block<3, kVehicle>(offset(b.landmark) + 3, 0).transpose() * b.H_ray.transpose();
   Small HPHt(a.rows(), b.rows());
   HPHt.noalias() = a.vehicle.H * of_vehicle;
   if (a.landmark == StateRows::kNoLandmark) return HPHt;
-  const Eigen::Index at = offset(a.landmark);
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> of_landmark(3, b.rows());
-  of_landmark.noalias() = P_.block<3, kVehicle>(at, 0) * b.vehicle.H.transpose();
-  if (b_sees) {
-    const Eigen::Index other = offset(b.landmark);
-    Eigen::Matrix3d P_ab;
-    if (at > other) {
-      P_ab = P_.block<3, 3>(at, other);
-    } else if (at < other) {
-      P_ab = P_.block<3, 3>(other, at).transpose();
-    } else {
-      P_ab = P_.block<3, 3>(at, at).selfadjointView<Eigen::Lower>();
+  const auto own_part = [&](Eigen::Index at, const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3>& H) {
+    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> of_landmark(3, b.rows());
+    of_landmark.noalias() = P_.block<3, kVehicle>(at, 0) * b.vehicle.H.transpose();
+    if (b_sees) {
+      of_landmark.noalias() += covariance_block(at, offset(b.landmark)) * b.H_landmark.transpose();
+      if (b.is_of_ray()) of_landmark.noalias() += covariance_block(at, offset(b.landmark) + 3) * b.H_ray.transpose();
     }
-    of_landmark.noalias() += P_ab * b.H_landmark.transpose();
-  }
-  HPHt.noalias() += a.H_landmark * of_landmark;
+    HPHt.noalias() += H * of_landmark;
+  };
+  own_part(offset(a.landmark), a.H_landmark);
+  if (a.is_of_ray()) own_part(offset(a.landmark) + 3, a.H_ray);
   return HPHt;
+}
+
+Eigen::Matrix3d LevelledFilter::covariance_block(Eigen::Index a, Eigen::Index b) const {
+  if (a > b) return P_.block<3, 3>(a, b);
+  if (a < b) return P_.block<3, 3>(b, a).transpose();
+  return P_.block<3, 3>(a, a).selfadjointView<Eigen::Lower>();
 }
 
 double LevelledFilter::squared_distance(const StateRows& rows) const {
@@ -153,11 +209,9 @@ UpdateResult LevelledFilter::update(const std::vector<StateRows>& rows) {
     innovation_.segment(j, block.rows()) = block.vehicle.residual;
     j += block.rows();
   }
+  fill_innovation(rows, PHt, S);
   Eigen::Index i = 0;
   for (const StateRows& block : rows) {  // (F-3)
-    S.middleRows(i, block.rows()).noalias() = block.vehicle.H * PHt.topRows<kVehicle>();
-    if (block.landmark != StateRows::kNoLandmark)
-      S.middleRows(i, block.rows()).noalias() += block.H_landmark * PHt.middleRows<3>(offset(block.landmark));
     S.block(i, i, block.rows(), block.rows()) += block.vehicle.R;
     i += block.rows();
   }
@@ -178,20 +232,55 @@ UpdateResult LevelledFilter::update(const std::vector<StateRows>& rows) {
   mean_.head(n).noalias() += PHt * innovation_.head(k);  // (F-4)
   downdate_(PHt, P_);
   wrap_vehicle(mean_.head<kVehicle>());
-  if (watcher_ != nullptr) watcher_->on_update(rows, PHt, S);
+  if (watcher_ != nullptr) {
+    seen_.clear();
+    for (const StateRows& block : rows) seen_.push_back(block.landmark == StateRows::kNoLandmark ? 0 : offset(block.landmark));
+    watcher_->on_update(rows, seen_, PHt, S);
+  }
   return result;
+}
+
+void LevelledFilter::fill_innovation(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& PHt,
+                                     Eigen::Ref<Eigen::MatrixXd> S) const {
+  Eigen::Index i = 0;
+  for (const StateRows& block : rows) {
+    auto of_block = S.middleRows(i, block.rows());
+    of_block.noalias() = block.vehicle.H * PHt.topRows<kVehicle>();
+    if (block.landmark != StateRows::kNoLandmark) {
+      const Eigen::Index at = offset(block.landmark);
+      of_block.noalias() += block.H_landmark * PHt.middleRows<3>(at);
+      if (block.is_of_ray()) of_block.noalias() += block.H_ray * PHt.middleRows<3>(at + 3);
+    }
+    i += block.rows();
+  }
+}
+
+Eigen::MatrixXd LevelledFilter::joint_covariance(const std::vector<StateRows>& rows) const {
+  Eigen::Index k = 0;
+  for (const StateRows& block : rows) k += block.rows();
+  Eigen::MatrixXd PHt(size(), k), S(k, k);
+  Eigen::Index j = 0;
+  for (const StateRows& block : rows) {
+    fill_columns(block, PHt.middleCols(j, block.rows()));
+    j += block.rows();
+  }
+  fill_innovation(rows, PHt, S);
+  return S;
 }
 
 void LevelledFilter::archive(Archive& a) {
   Eigen::VectorXd mean = mean_.head(size());
   Eigen::MatrixXd P = P_.topLeftCorner(size(), size()).triangularView<Eigen::Lower>();  // above it nothing has a meaning
-  a("landmarks", landmarks_);
+  std::vector<int> rays;
+  for (Eigen::Index i = 0; i < landmarks(); ++i) rays.push_back(is_ray(i) ? 1 : 0);
+  a("rays", rays);
   a("mean", mean);
   a("P", P);
   if (!a.reading()) return;
-  a.require(landmarks_ >= 0 && landmarks_ <= mean.size() && mean.size() == size() && P.rows() == size() && P.cols() == size(),
-            "has a mean and a covariance of another size");
-  reserve(landmarks_);
+  offsets_.resize(1);
+  for (const int is_ray : rays) offsets_.push_back(offsets_.back() + (is_ray != 0 ? 6 : 3));
+  a.require(mean.size() == size() && P.rows() == size() && P.cols() == size(), "has a mean and a covariance of another size");
+  reserve(size() - kVehicle);
   mean_.head(size()) = mean;
   P_.topLeftCorner(size(), size()) = P;
 }

@@ -69,7 +69,7 @@ void count_passes(SurveyLandmark& landmark, const std::vector<SurveyStep>& way, 
   }
   landmark.passes_seen = static_cast<int>(passes_of(landmark.seen_s, window_s).size());
   landmark.passes_expected = landmark.passes_seen;
-  if (!swath) return;
+  if (!swath || landmark.landmark.of_camera) return;
   const double margin_m = kMarginSigmas * largest_sigma(landmark.covariance.topLeftCorner<2, 2>());
   const Eigen::Vector2d point = landmark.position.head<2>();
   for (std::size_t i = 0; i + 1 < way.size(); ++i) {
@@ -88,6 +88,7 @@ std::optional<CoveredSwath> covered_swath(const std::vector<SurveyLandmark>& lan
   std::vector<double> across_m;
   std::vector<double> turns_rad_s;
   for (const SurveyLandmark& landmark : landmarks) {
+    if (landmark.landmark.of_camera) continue;
     for (const double time_s : landmark.seen_s) {
       const auto after = std::lower_bound(way.begin(), way.end(), time_s, [](const SurveyStep& step, double t) { return step.time_s < t; });
       if (after == way.begin() || after == way.end()) continue;
@@ -127,6 +128,7 @@ ExistenceModel judge_existence(std::vector<SurveyLandmark>& landmarks, const std
     double passes = kPassesOfPrior;
     double seen = kPassesOfPrior * config.detection_probability;
     for (const SurveyLandmark& landmark : landmarks) {
+      if (landmark.landmark.of_camera) continue;
       const double existence = existence_of(landmark);
       const double n = landmark.passes_expected;
       landmarks_sum += 1.0;
@@ -139,7 +141,8 @@ ExistenceModel judge_existence(std::vector<SurveyLandmark>& landmarks, const std
     model = {real / landmarks_sum, seen / passes};
   }
   for (SurveyLandmark& landmark : landmarks) {
-    landmark.existence = existence_of(landmark);
+    // a camera's is known for its many frames; which later frames should have shown it nobody asks
+    landmark.existence = landmark.landmark.of_camera ? 1.0 : existence_of(landmark);
     landmark.confirmed = landmark.existence >= config.min_existence;
   }
   return model;

@@ -16,7 +16,7 @@ Submap planar_submap_of(const LevelledSubmap& submap, std::int64_t first_track) 
   planar.state.mean = submap.mean(kept);  // (U-1)
   planar.state.covariance = submap.covariance(kept, kept);
   for (const MapLandmark& landmark : submap.landmarks) {
-    planar.landmarks.push_back({landmark.times_seen, landmark.source_id, {first_track++}});
+    planar.landmarks.push_back({landmark.times_seen, landmark.source_id, {first_track++}, landmark.of_camera, landmark.descriptor});
   }
   return planar;
 }

@@ -90,8 +90,26 @@ Eigen::MatrixXd joint_covariance(const PairingProblem& problem, const std::vecto
   return S;
 }
 
-/// The pair that chance explains best, and the odds of chance against it given the other pairs (P-12).
-std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, const std::vector<Pair>& pairs, double density_per_m2) {
+/// How many of the landmarks that lie elsewhere look alike all the same: by so much less often does chance bring one that does. 1 where
+/// nobody knows what the pair looks like. (I-15)
+double chance_of_likeness(const std::vector<Sighting>& observed, const std::vector<Sighting>& predicted, const Compatibility& compatibility,
+                          double gate, double max_descriptor_distance) {
+  int elsewhere = 0, alike = 0;
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    for (std::size_t j = 0; j < predicted.size(); ++j) {
+      if (compatibility.squared_distance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) <= gate) continue;
+      const std::optional<double> distance = descriptor_distance(observed[i].known().descriptor, predicted[j].known().descriptor);
+      if (!distance) continue;
+      ++elsewhere;
+      if (*distance <= max_descriptor_distance) ++alike;
+    }
+  }
+  return (alike + 1.0) / (elsewhere + 1.0);
+}
+
+/// The pair that chance explains best, and the odds of chance against it given the other pairs (P-12). density_per_m2: for each pair.
+std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, const std::vector<Pair>& pairs,
+                                                const std::vector<double>& density_per_m2) {
   const Eigen::MatrixXd S = joint_covariance(problem, pairs);
   const Eigen::MatrixXd L = cholesky_lower(S, "residual covariance", "pairs of two maps");
   const Eigen::MatrixXd L_inverse = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(S.rows(), S.rows()));
@@ -106,13 +124,18 @@ std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, c
     const auto at = static_cast<Eigen::Index>(2 * i);
     const Eigen::Matrix2d S_given = W.block<2, 2>(at, at).inverse();  // of the residual given all others, which is S_given (W r)_i
     const double squared_distance = W_r.segment<2>(at).dot(S_given * W_r.segment<2>(at));
-    const double odds = density_per_m2 * 2.0 * kPi * std::sqrt(S_given.determinant()) * std::exp(0.5 * squared_distance);
+    const double odds = density_per_m2[i] * 2.0 * kPi * std::sqrt(S_given.determinant()) * std::exp(0.5 * squared_distance);
     if (odds > worst.second) worst = {i, odds};
   }
   return worst;
 }
 
 }  // namespace
+
+bool may_be_one(const Sighting& a, const Sighting& b, double max_descriptor_distance) {
+  if (a.known().of_camera != b.known().of_camera) return false;
+  return descriptor_distance(a.known().descriptor, b.known().descriptor).value_or(0.0) <= max_descriptor_distance;
+}
 
 std::vector<Unknown> unknowns_of(const std::vector<Sighting>& sightings) {
   std::vector<Unknown> unknowns;
@@ -183,16 +206,18 @@ SightingPairs associate_sightings(const std::vector<Sighting>& observed, const s
   const double gate = chi_squared_quantile(config.joint.gate_probability, 2.0);
   const double depth_gate = chi_squared_quantile(config.joint.gate_probability, 1.0);
   Compatibility compatibility = individual_compatibility(meeting.problem, gate);
+  const double likeness = chance_of_likeness(observed, predicted, compatibility, gate, config.max_descriptor_distance);
   std::vector<Eigen::Index> observations;
   for (std::size_t i = 0; i < observed.size(); ++i) {
     const auto observation = static_cast<Eigen::Index>(i);
     std::vector<Eigen::Index>& candidates = compatibility.candidates[i];
-    const auto is_at_another_depth = [&](Eigen::Index prediction) {  // (P-11)
+    const auto cannot_be = [&](Eigen::Index prediction) {  // (P-11)
+      if (!may_be_one(observed[i], predicted[static_cast<std::size_t>(prediction)], config.max_descriptor_distance)) return true;
       const Pair pair{observation, prediction};
       const double difference = meeting.depth_difference(pair);
       return !(difference * difference <= depth_gate * meeting.depth_variance(pair));
     };
-    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), is_at_another_depth), candidates.end());
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), cannot_be), candidates.end());
     for (const Eigen::Index prediction : candidates) {
       result.sigma_m = std::max(result.sigma_m, meeting.displacement_sigma({observation, prediction}));
     }
@@ -201,10 +226,17 @@ SightingPairs associate_sightings(const std::vector<Sighting>& observed, const s
   const Hypothesis hypothesis = joint_compatibility(meeting.problem, compatibility, observations, config.joint);
   result.pairs = hypothesis.pairs;
   result.budget_exhausted = hypothesis.budget_exhausted;
+  std::vector<double> densities;
+  for (const Pair& pair : result.pairs) {
+    const Descriptor& own = observed[static_cast<std::size_t>(pair.observation)].known().descriptor;
+    const Descriptor& other = predicted[static_cast<std::size_t>(pair.prediction)].known().descriptor;
+    densities.push_back(descriptor_distance(own, other) ? likeness * density_per_m2 : density_per_m2);
+  }
   while (!result.pairs.empty()) {  // (P-12)
-    const auto [worst, odds] = likeliest_chance(meeting.problem, result.pairs, density_per_m2);
+    const auto [worst, odds] = likeliest_chance(meeting.problem, result.pairs, densities);
     if (odds <= config.max_chance_odds) break;
     result.pairs.erase(result.pairs.begin() + static_cast<std::ptrdiff_t>(worst));
+    densities.erase(densities.begin() + static_cast<std::ptrdiff_t>(worst));
     ++result.refused;
   }
   result.joint_squared_distance = joint_squared_distance(meeting.problem, result.pairs);

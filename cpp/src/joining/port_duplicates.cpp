@@ -74,9 +74,14 @@ bool seen_together(const Known& a, const Known& b) {
                      [&](double time_s) { return std::binary_search(b.seen_s.begin(), b.seen_s.end(), time_s); });
 }
 
-/// Other landmarks around this one, per square metre; at least one.
-double density_around(const Known& centre, const PointGrid& grid) {
-  const auto near = static_cast<std::ptrdiff_t>(grid.within(centre.position, kNeighbourhood_m).size()) - 1;
+/// Other landmarks around this one that could be it, per square metre; at least one.
+double density_around(const Known& centre, const std::vector<Known>& all, const PointGrid& grid, double max_descriptor_distance) {
+  const auto around = grid.within(centre.position, kNeighbourhood_m);
+  const auto near = std::count_if(around.begin(), around.end(),
+                                  [&](Eigen::Index i) {
+                                    return may_be_one(centre.sighting, all[static_cast<std::size_t>(i)].sighting, max_descriptor_distance);
+                                  }) -
+                    1;
   return static_cast<double>(std::max<std::ptrdiff_t>(near, 1)) / (kPi * kNeighbourhood_m * kNeighbourhood_m);
 }
 
@@ -103,6 +108,7 @@ std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, co
       if (i >= j) break;
       const double apart_m = (all[i].position - all[j].position).norm();
       if (apart_m > std::sqrt(gate) * (all[i].sigma_m + all[j].sigma_m) || seen_together(all[i], all[j])) continue;
+      if (!may_be_one(all[i].sighting, all[j].sighting, config.max_descriptor_distance)) continue;
       const std::vector<Sighting> pair{all[i].sighting, all[j].sighting};
       const std::vector<Unknown> unknowns = unknowns_of(pair);
       const PlacedSightings placed = place_sightings(pair, unknowns, level.values());
@@ -115,7 +121,7 @@ std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, co
       const Eigen::Matrix2d S_plane = S.topLeftCorner<2, 2>();
       const double squared_distance = difference.head<2>().dot(S_plane.ldlt().solve(difference.head<2>()));
       if (!(squared_distance <= gate)) continue;
-      const double density = density_around(all[i], grid);
+      const double density = density_around(all[i], all, grid, config.max_descriptor_distance);
       const double odds = rarity * density * 2.0 * kPi * std::sqrt(S_plane.determinant()) * std::exp(0.5 * squared_distance);  // (P-17)
       if (odds <= config.max_chance_odds && (!best || odds < best->chance_odds)) {
         best = Duplicate{all[i].sighting, all[j].sighting, squared_distance, odds};

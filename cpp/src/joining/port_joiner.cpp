@@ -62,7 +62,9 @@ std::unique_ptr<PortLevel> PortJoiner::make_level(const PortJoinerConfig& config
 
 PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
-      association_{{config.gate_probability, config.joint_gate_probability, config.node_budget}, config.max_chance_odds},
+      association_{{config.gate_probability, config.joint_gate_probability, config.node_budget},
+                   config.max_chance_odds,
+                   config.max_descriptor_distance},
       level_(make_level(config)),
       fixes_(config.fixes),
       guard_(config.closures) {
@@ -358,7 +360,8 @@ void PortJoiner::tie(int observer, const std::vector<Match>& matches) {
 
 void PortJoiner::merge_duplicates(const std::vector<int>& among) {
   if (!(config_.duplicate_probability > 0.0) || config_.association == AssociationMethod::kKnown) return;
-  const DuplicateConfig config{config_.gate_probability, config_.duplicate_probability, config_.max_chance_odds};
+  const DuplicateConfig config{config_.gate_probability, config_.duplicate_probability, config_.max_chance_odds,
+                               config_.max_descriptor_distance};
   while (const std::optional<Duplicate> duplicate = likeliest_duplicate(maps_, among, *level_, config)) {
     merge(*duplicate);
     level_->settle();

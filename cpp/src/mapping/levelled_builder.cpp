@@ -75,6 +75,7 @@ LevelledBuilder::LevelledBuilder(const LevelledBuilderConfig& config, StepSmooth
       filter_(landmark_capacity(config.split.policy)),
       journal_(config.condition_trajectory),
       fixes_(config.split.fix_interval_s),
+      camera_(pinhole_camera(config.camera)),
       smoothing_(smoothing) {
   if (config.condition_trajectory) filter_.watch(&journal_);
   gated_.rows.reserve(kBlocksOfATick);
@@ -107,8 +108,8 @@ TickResult LevelledBuilder::feed(const NavigationTick& tick) {
   const bool can_begin = unlevelled_s <= kAttitudeHoldsS || unlevelled_s > kAttitudeLostS;
   if (tick.fix) fixes_.keep(tick.time_s, *tick.fix, filter_.vehicle());
   if (can_begin) {
-    if (const auto reason =
-            reason_to_close_map(static_cast<int>(association_.fresh.size()))) {  // its samples are the new map's alone
+    const std::size_t fresh = association_.fresh.size() + (frame_ ? frame_->fresh.size() : 0);
+    if (const auto reason = reason_to_close_map(static_cast<int>(fresh))) {  // its samples are the new map's alone
       result.closed = close(*reason, &result.steps);
       const std::vector<NavigationSensor> refused = gated_.refused;
       begin_map(without(tick, refused), result);
@@ -140,6 +141,14 @@ void LevelledBuilder::begin_map(const NavigationTick& tick, TickResult& result) 
 
 void LevelledBuilder::associate(const NavigationTick& tick) {
   associate_sightings(tick.sightings, filter_, landmarks_, config_.side_scan, config_.association, association_);
+  frame_.reset();
+  if (!tick.frame) return;
+  if (!camera_) throw InvalidArgument("camera.fx_px", "missing", "must be given for a log with frames, as the rest of the camera");
+  for (const CameraSighting& sighting : tick.frame->sightings) {
+    if (!sighting.pixel.allFinite() || !sighting.descriptor.allFinite())
+      throw InvalidArgument("NavigationTick.frame", "not finite", "must have finite pixels and descriptors");
+  }
+  frame_ = associate_frame(*tick.frame, filter_, landmarks_, *camera_, config_.camera, config_.camera_association, config_.association);
 }
 
 void LevelledBuilder::start(const NavigationTick& tick) {
@@ -168,6 +177,7 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   filter_.reset(x, P);
   journal_.clear();
   landmarks_.clear();
+  missed_.clear();
   seen_.clear();
   start_time_s_ = time_s_ = tick.time_s;
   last_step_s_ = tick.time_s - 2.0 * config_.trajectory_interval_s;
@@ -354,6 +364,7 @@ void LevelledBuilder::use(const NavigationTick& tick, TickResult& result) {
     ++landmarks_[at(pair.prediction)].times_seen;
     seen_.push_back({pair.prediction, time_s_});
   }
+  if (tick.frame) gate_frame(*tick.frame, result);
   for (const NavigationSensor sensor : gated.sensors) met_[static_cast<std::size_t>(sensor)] = true;
   const bool starts = time_s_ == start_time_s_ && landmarks_.empty();  // against a prior that is wide on purpose: no statistics
   for (std::size_t i = 0; i < gated.rows.size() && !starts; ++i) {
@@ -376,11 +387,18 @@ void LevelledBuilder::use(const NavigationTick& tick, TickResult& result) {
     if (!landmark) continue;
     filter_.add_landmark(*landmark);
     landmarks_.push_back({1, sighting.landmark_id, {static_cast<std::int64_t>(landmarks_.size())}});
+    missed_.push_back(0);
     seen_.push_back({filter_.landmarks() - 1, time_s_});
     ++result.added;
   }
   result.paired = static_cast<int>(association.pairs.size());
   result.wrong_pairs = association.wrong_pairs;
+  if (tick.frame) {
+    result.paired += static_cast<int>(frame_->pairs.size());
+    result.wrong_pairs += frame_->wrong_pairs;
+    add_rays(*tick.frame, result);
+    settle_rays();
+  }
   if (tick.gyro_rad_s) {
     ++statistics_[static_cast<std::size_t>(NavigationSensor::kGyro)].used;
     gyro_rad_s_ = tick.gyro_rad_s;
@@ -408,8 +426,9 @@ std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmark
   now.submap_T_vehicle = {Se2::from_vector(x(kPlanar)), P(kPlanar, kPlanar)};
   now.distance_m = distance_m_;
   now.duration_s = time_s_ - start_time_s_;
-  if (auto reason = reason_to_close(now, config_.split.policy)) return reason;
-  const std::optional<int>& most = config_.split.policy.max_landmarks;
+  const SplitPolicyConfig policy = split_policy();
+  if (auto reason = reason_to_close(now, policy)) return reason;
+  const std::optional<int>& most = policy.max_landmarks;
   // the tick that brought the last landmark had no velocity: the map was full and could not be closed
   if (most && now.landmarks > *most && distance_m_ > 0.0) return "landmarks";
   if (distance_m_ > config_.split.longest_m) return "distance";
@@ -423,12 +442,20 @@ std::optional<LevelledSubmap> LevelledBuilder::finish(const std::string& reason)
   return last;
 }
 
+/// A camera shows more landmarks than a sonar does: with it, they are counted by its own limit.
+SplitPolicyConfig LevelledBuilder::split_policy() const {
+  SplitPolicyConfig policy = config_.split.policy;
+  if (camera_ && policy.max_landmarks) policy.max_landmarks = config_.camera_association.max_landmarks;
+  return policy;
+}
+
 /// The steps are left to whoever wants them, where there is a place for them and the configuration says so.
 LevelledSubmap LevelledBuilder::close(const std::string& reason, std::optional<UnsmoothedSteps>* steps) {
   // no reading in this map: it says nothing of the offset but how it may have drifted, and so does not break the chain
   if (config_.compass_use == CompassUse::kFilter && !offset_known_) {
     introduce_offset(filter_.vehicle()(Layout::kAttitude + 2), kUnknownOffsetRad);
   }
+  settle_map();
   LevelledSubmap map;
   map.index = index_++;
   map.start_time_s = start_time_s_;
@@ -469,6 +496,7 @@ LevelledSubmap LevelledBuilder::close(const std::string& reason, std::optional<U
   map.seen_s.resize(map.landmarks.size());
   for (const Seen& seen : seen_) map.seen_s[at(seen.landmark)].push_back(seen.time_s);
   landmarks_.clear();
+  missed_.clear();
   seen_.clear();
   return map;
 }

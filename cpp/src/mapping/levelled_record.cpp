@@ -18,11 +18,11 @@ constexpr std::size_t kRowsPerReel = 256;
 constexpr std::size_t kInitialEntries = 4096;
 constexpr std::size_t kLeastRowBytes = 64;  // of one StateRows in an archive
 
-struct RecordedRows {
-  const StateRows* first;
+struct UpdateRows {
+  const RecordedRows* first;
   std::size_t count;
-  [[nodiscard]] const StateRows* begin() const { return first; }
-  [[nodiscard]] const StateRows* end() const { return first + count; }
+  [[nodiscard]] const RecordedRows* begin() const { return first; }
+  [[nodiscard]] const RecordedRows* end() const { return first + count; }
 };
 
 /// What a pose of the past has to do with all that came after it, going back from the exit of the map.
@@ -47,7 +47,7 @@ class Backwards {
     M_.topLeftCorner(n_, kVehicle) = (M_.topLeftCorner(n_, kVehicle) * F).eval();
   }
 
-  void update(const RecordedRows& rows, const Eigen::Map<const Eigen::MatrixXd>& Y, const Eigen::Map<const Eigen::MatrixXd>& L) {
+  void update(const UpdateRows& rows, const Eigen::Map<const Eigen::MatrixXd>& Y, const Eigen::Map<const Eigen::MatrixXd>& L) {
     const auto lower = L.triangularView<Eigen::Lower>();
     const auto transposed_K_times = [&](const auto& right) {  // K = Y L^-1
       Eigen::MatrixXd product = Y.transpose() * right;
@@ -56,7 +56,8 @@ class Backwards {
     };
     Eigen::VectorXd innovation(Y.cols());
     Eigen::Index row = 0;
-    for (const StateRows& block : rows) {
+    for (const RecordedRows& recorded : rows) {
+      const StateRows& block = recorded.rows;
       innovation.segment(row, block.rows()) = block.vehicle.residual;
       row += block.rows();
     }
@@ -83,27 +84,70 @@ class Backwards {
     M_.topLeftCorner(n_, n_) = (0.5 * (information() + information().transpose())).eval();
   }
 
-  /// Before this landmark was added.
-  void addition(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J) {
-    n_ -= 3;
-    lambda_.topRows<kVehicle>().noalias() += J.transpose() * lambda_.middleRows<3>(n_);
-    mu_.head<kVehicle>().noalias() += J.transpose() * mu_.segment<3>(n_);
-    M_.topLeftCorner(kVehicle, n_ + 3).noalias() += J.transpose() * M_.block(n_, 0, 3, n_ + 3);
-    M_.topLeftCorner(n_, kVehicle).noalias() += M_.block(0, n_, n_, 3) * J;
+  /// Before this landmark of kRows rows was added.
+  template <Eigen::Index kRows>
+  void addition(const Eigen::Matrix<double, kRows, kVehicle>& J) {
+    n_ -= kRows;
+    lambda_.topRows<kVehicle>().noalias() += J.transpose() * lambda_.template middleRows<kRows>(n_);
+    mu_.head<kVehicle>().noalias() += J.transpose() * mu_.template segment<kRows>(n_);
+    M_.topLeftCorner(kVehicle, n_ + kRows).noalias() += J.transpose() * M_.block(n_, 0, kRows, n_ + kRows);
+    M_.topLeftCorner(n_, kVehicle).noalias() += M_.block(0, n_, n_, kRows) * J;
   }
+
+  /// Before the six rows from `offset` on became three. (I-10)
+  void conversion(Eigen::Index offset, const Eigen::Matrix<double, 3, 6>& J) {
+    const Eigen::MatrixXd of_point = lambda_.middleRows<3>(offset);
+    const Eigen::Vector3d mu_point = mu_.segment<3>(offset);
+    const Eigen::MatrixXd M_point = M_.block(offset, 0, 3, n_);
+    const Eigen::Matrix3d M_own = M_.block<3, 3>(offset, offset);
+    open(offset + 3, 3);
+    lambda_.middleRows<6>(offset) = J.transpose() * of_point;
+    mu_.segment<6>(offset) = J.transpose() * mu_point;
+    const Eigen::Index after = n_ - offset - 6;
+    M_.block(offset, 0, 6, offset) = J.transpose() * M_point.leftCols(offset);
+    M_.block(offset, offset + 6, 6, after) = J.transpose() * M_point.rightCols(after);
+    M_.block(0, offset, offset, 6) = M_.block(offset, 0, 6, offset).transpose();
+    M_.block(offset + 6, offset, after, 6) = M_.block(offset, offset + 6, 6, after).transpose();
+    M_.block<6, 6>(offset, offset) = J.transpose() * M_own * J;
+  }
+
+  /// Before these rows were dropped: what came after them knew nothing of them. (I-10)
+  void dropping(Eigen::Index offset, Eigen::Index rows) { open(offset, rows); }
 
  private:
   /// target -= H' right.
-  static void subtract_Ht(const RecordedRows& rows, const Eigen::MatrixXd& right, Eigen::Ref<Eigen::MatrixXd> target) {
+  static void subtract_Ht(const UpdateRows& rows, const Eigen::MatrixXd& right, Eigen::Ref<Eigen::MatrixXd> target) {
     Eigen::Index row = 0;
-    for (const StateRows& block : rows) {
+    for (const RecordedRows& recorded : rows) {
+      const StateRows& block = recorded.rows;
       target.topRows<kVehicle>().noalias() -= block.vehicle.H.transpose() * right.middleRows(row, block.rows());
       if (block.landmark != StateRows::kNoLandmark) {
-        target.middleRows<3>(LevelledFilter::offset(block.landmark)).noalias() -=
-            block.H_landmark.transpose() * right.middleRows(row, block.rows());
+        target.middleRows<3>(recorded.offset).noalias() -= block.H_landmark.transpose() * right.middleRows(row, block.rows());
+        if (block.is_of_ray()) {
+          target.middleRows<3>(recorded.offset + 3).noalias() -= block.H_ray.transpose() * right.middleRows(row, block.rows());
+        }
       }
       row += block.rows();
     }
+  }
+
+  /// So many rows of zeros from `at` on.
+  void open(Eigen::Index at, Eigen::Index rows) {
+    const Eigen::Index after = n_ - at;
+    n_ += rows;
+    if (n_ > mu_.size()) {
+      lambda_.conservativeResize(n_, Eigen::NoChange);
+      mu_.conservativeResize(n_);
+      M_.conservativeResize(n_, n_);
+    }
+    lambda_.middleRows(at + rows, after) = lambda_.middleRows(at, after).eval();
+    lambda_.middleRows(at, rows).setZero();
+    mu_.segment(at + rows, after) = mu_.segment(at, after).eval();
+    mu_.segment(at, rows).setZero();
+    M_.block(0, at + rows, n_ - rows, after) = M_.block(0, at, n_ - rows, after).eval();
+    M_.block(at + rows, 0, after, n_) = M_.block(at, 0, after, n_).eval();
+    M_.block(0, at, n_, rows).setZero();
+    M_.block(at, 0, rows, n_).setZero();
   }
 
   Eigen::Index n_;
@@ -165,8 +209,8 @@ void LevelledRecord::limit() {
 
 void LevelledRecord::predict(const VehicleMatrix& F) { F_ = (F * F_).eval(); }
 
-void LevelledRecord::update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
-                            const Eigen::Ref<const Eigen::MatrixXd>& L) {
+void LevelledRecord::update(const std::vector<StateRows>& rows, const std::vector<Eigen::Index>& offsets,
+                            const Eigen::Ref<const Eigen::MatrixXd>& Y, const Eigen::Ref<const Eigen::MatrixXd>& L) {
   Entry& entry = push(Kind::kUpdate);
   entry.Y_rows = Y.rows();
   entry.Y_columns = Y.cols();
@@ -174,14 +218,32 @@ void LevelledRecord::update(const std::vector<StateRows>& rows, const Eigen::Ref
   entry.L = copy(L);
   entry.row_blocks = rows.size();
   entry.rows = rows_.append(rows.size());
-  std::copy(rows.begin(), rows.end(), entry.rows.items);
-  entry.bytes += sizeof(StateRows) * rows.size();
+  for (std::size_t i = 0; i < rows.size(); ++i) entry.rows.items[i] = {rows[i], offsets[i]};
+  entry.bytes += sizeof(RecordedRows) * rows.size();
   limit();
 }
 
-void LevelledRecord::add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) {
+void LevelledRecord::add(const Eigen::Ref<const Eigen::MatrixXd>& J_vehicle) {
   Entry& entry = push(Kind::kAdd);
-  entry.J_vehicle = copy(J_vehicle);
+  entry.Y_rows = J_vehicle.rows();
+  entry.Y_columns = J_vehicle.cols();
+  entry.Y = copy(J_vehicle);
+  limit();
+}
+
+void LevelledRecord::convert(Eigen::Index offset, const Eigen::Matrix<double, 3, 6>& J) {
+  Entry& entry = push(Kind::kConvert);
+  entry.offset = offset;
+  entry.Y_rows = J.rows();
+  entry.Y_columns = J.cols();
+  entry.Y = copy(J);
+  limit();
+}
+
+void LevelledRecord::drop(Eigen::Index offset, Eigen::Index rows) {
+  Entry& entry = push(Kind::kDrop);
+  entry.offset = offset;
+  entry.dropped = rows;
   limit();
 }
 
@@ -235,7 +297,17 @@ std::vector<LevelledStep> LevelledRecord::smoothed(Eigen::Index size, const std:
         back.update({entry.rows.items, entry.row_blocks}, Y, Matrix(entry.L.items, entry.Y_columns, entry.Y_columns));
         break;
       case Kind::kAdd:
-        back.addition(Eigen::Map<const Eigen::Matrix<double, 3, VehicleLayout::kSize>>(entry.J_vehicle.items));
+        if (entry.Y_rows == 6) {
+          back.addition<6>(Eigen::Map<const Eigen::Matrix<double, 6, kVehicle>>(entry.Y.items));
+        } else {
+          back.addition<3>(Eigen::Map<const Eigen::Matrix<double, 3, kVehicle>>(entry.Y.items));
+        }
+        break;
+      case Kind::kConvert:
+        back.conversion(entry.offset, Eigen::Map<const Eigen::Matrix<double, 3, 6>>(entry.Y.items));
+        break;
+      case Kind::kDrop:
+        back.dropping(entry.offset, entry.dropped);
         break;
     }
     back.motion(VehicleMatrix(Eigen::Map<const VehicleMatrix>(entry.F.items)));
@@ -256,19 +328,20 @@ void LevelledRecord::archive(Archive& a) {
 
 void LevelledRecord::archive_entry(Archive& a, Entry& entry) {
   constexpr Eigen::Index kMost = Eigen::Index{1} << 30U;
-  a.choice("kind", entry.kind, Kind::kAdd);
+  a.choice("kind", entry.kind, Kind::kDrop);
   a("bytes", entry.bytes);
   archive_motion(a, entry.F);
-  if (entry.kind == Kind::kAdd) {
-    archive_numbers(a, "J_vehicle", entry.J_vehicle, 3, kVehicle);
-    return;
+  if (entry.kind == Kind::kConvert || entry.kind == Kind::kDrop) {
+    a("offset", entry.offset);
+    a("dropped", entry.dropped);
   }
+  if (entry.kind == Kind::kDrop) return;
   a("Y_rows", entry.Y_rows);
   a("Y_columns", entry.Y_columns);
   a.require(entry.Y_rows >= 0 && entry.Y_rows < kMost && entry.Y_columns >= 0 && entry.Y_columns < kMost,
             "has a matrix of the wrong shape");
   archive_numbers(a, "Y", entry.Y, entry.Y_rows, entry.Y_columns);
-  if (entry.kind == Kind::kStep) return;
+  if (entry.kind != Kind::kUpdate) return;
   archive_numbers(a, "L", entry.L, entry.Y_columns, entry.Y_columns);
   a("row_blocks", entry.row_blocks);
   if (a.reading()) {
@@ -322,22 +395,41 @@ bool LevelledRecord::fits(Eigen::Index size) const {
   std::size_t steps = steps_.size();
   for (std::size_t i = entries_.size(); i-- > oldest_;) {
     const Entry& entry = entries_[i];
-    if (entry.kind == Kind::kAdd) {
-      size -= 3;
-    } else if (entry.kind == Kind::kStep) {
-      if (entry.Y_rows != 6 || entry.Y_columns != size || steps-- == 0) return false;
-    } else {
-      Eigen::Index rows = 0;
-      for (std::size_t block = 0; block < entry.row_blocks; ++block) {
-        const StateRows& its = entry.rows.items[block];
-        rows += its.rows();
-        if (its.landmark != StateRows::kNoLandmark && (its.landmark < 0 || its.landmark >= (size - kVehicle) / 3)) return false;
-      }
-      if (entry.Y_rows != size || entry.Y_columns != rows) return false;
+    switch (entry.kind) {
+      case Kind::kAdd:
+        if ((entry.Y_rows != 3 && entry.Y_rows != 6) || entry.Y_columns != kVehicle) return false;
+        size -= entry.Y_rows;
+        break;
+      case Kind::kConvert:
+        if (entry.Y_rows != 3 || entry.Y_columns != 6 || entry.offset < kVehicle || entry.offset > size - 3) return false;
+        size += 3;
+        break;
+      case Kind::kDrop:
+        if ((entry.dropped != 3 && entry.dropped != 6) || entry.offset < kVehicle || entry.offset > size) return false;
+        size += entry.dropped;
+        break;
+      case Kind::kStep:
+        if (entry.Y_rows != 6 || entry.Y_columns != size || steps-- == 0) return false;
+        break;
+      case Kind::kUpdate:
+        if (!update_fits(entry, size)) return false;
+        break;
     }
     if (size < kVehicle) return false;
   }
   return true;
+}
+
+bool LevelledRecord::update_fits(const Entry& entry, Eigen::Index size) {
+  Eigen::Index rows = 0;
+  for (std::size_t block = 0; block < entry.row_blocks; ++block) {
+    const RecordedRows& recorded = entry.rows.items[block];
+    const StateRows& its = recorded.rows;
+    rows += its.rows();
+    if (its.landmark == StateRows::kNoLandmark) continue;
+    if (recorded.offset < kVehicle || recorded.offset > size - (its.is_of_ray() ? 6 : 3)) return false;
+  }
+  return entry.Y_rows == size && entry.Y_columns == rows;
 }
 
 }  // namespace ssjs

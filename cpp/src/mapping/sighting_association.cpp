@@ -30,7 +30,7 @@ void by_identity(const SideScanSightings& sightings, const LevelledFilter& filte
                  const SideScanConfig& side_scan, SightingAssociation& answer) {
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     if (!sightings[i].landmark_id || named_before(sightings, i)) continue;
-    const auto same = [&](const MapLandmark& landmark) { return landmark.source_id == sightings[i].landmark_id; };
+    const auto same = [&](const MapLandmark& landmark) { return !landmark.of_camera && landmark.source_id == sightings[i].landmark_id; };
     const auto found = std::find_if(landmarks.begin(), landmarks.end(), same);
     const auto sighting = static_cast<Eigen::Index>(i);
     if (found == landmarks.end()) {
@@ -87,12 +87,13 @@ void count_wrong_pairs(const SideScanSightings& sightings, const std::vector<Map
 }
 
 /// What every method comes to for a single point: the nearest landmark, if it passes the gates.
-void single(const SideScanSighting& sighting, const LevelledFilter& filter, const SideScanConfig& side_scan,
-            const ScanAssociationConfig& config, SightingAssociation& answer) {
+void single(const SideScanSighting& sighting, const LevelledFilter& filter, const std::vector<MapLandmark>& landmarks,
+            const SideScanConfig& side_scan, const ScanAssociationConfig& config, SightingAssociation& answer) {
   const Eigen::Matrix2d R = noise_of(sighting, filter, side_scan);
   std::optional<double> nearest;
   Eigen::Index nearest_landmark = 0;
   for (Eigen::Index j = 0; j < filter.landmarks(); ++j) {
+    if (landmarks[at(j)].of_camera) continue;
     const PredictedSighting predicted = predict_sighting(sighting, j, filter, side_scan);
     const Eigen::Vector2d r = sighting.vehicle_p_point.head<2>() - predicted.point;
     const Eigen::Matrix2d S = R + filter.predicted_covariance(predicted.rows, predicted.rows);
@@ -127,11 +128,15 @@ void associate_sightings(const SideScanSightings& sightings, const LevelledFilte
   if (sightings.empty()) return;
   if (config.method == AssociationMethod::kKnown) return by_identity(sightings, filter, landmarks, side_scan, answer);
   if (sightings.size() == 1) {
-    single(sightings.front(), filter, side_scan, config, answer);
+    single(sightings.front(), filter, landmarks, side_scan, config, answer);
     return count_wrong_pairs(sightings, landmarks, answer);
   }
   const auto m = static_cast<Eigen::Index>(sightings.size());
-  const Eigen::Index n = filter.landmarks();
+  std::vector<Eigen::Index> of_sonar;
+  for (Eigen::Index j = 0; j < filter.landmarks(); ++j) {
+    if (!landmarks[at(j)].of_camera) of_sonar.push_back(j);
+  }
+  const auto n = static_cast<Eigen::Index>(of_sonar.size());
   PairingProblem problem;
   problem.observed.resize(2 * m);
   problem.observed_covariance.setZero(2 * m, 2 * m);
@@ -139,7 +144,7 @@ void associate_sightings(const SideScanSightings& sightings, const LevelledFilte
   problem.predicted_covariance.resize(2 * n, 2 * n);
   std::vector<StateRows> predictions;
   for (Eigen::Index j = 0; j < n; ++j) {
-    const PredictedSighting predicted = predict_sighting(sightings.front(), j, filter, side_scan);
+    const PredictedSighting predicted = predict_sighting(sightings.front(), of_sonar[at(j)], filter, side_scan);
     problem.predicted.segment<2>(2 * j) = predicted.point;
     predictions.push_back(predicted.rows);
   }
@@ -158,6 +163,7 @@ void associate_sightings(const SideScanSightings& sightings, const LevelledFilte
   const Hypothesis hypothesis = config.method == AssociationMethod::kNearestNeighbour ? nearest_neighbour(problem, config.gate_probability)
                                                                                       : joint_compatibility(problem, joint);
   answer.pairs = hypothesis.pairs;
+  for (Pair& pair : answer.pairs) pair.prediction = of_sonar[at(pair.prediction)];
   std::vector<bool> paired(sightings.size(), false);
   for (const Pair& pair : answer.pairs) paired[at(pair.observation)] = true;
   count_wrong_pairs(sightings, landmarks, answer);

@@ -64,7 +64,8 @@ LevelledReport LevelledPipeline::feed(const NavigationTick& arrived) {
   report.remembered = local.remembered;
   report.update = local.update;
   report.refused = local.refused;
-  report.observations = static_cast<int>(tick.sightings.size());
+  report.observations = static_cast<int>(tick.sightings.size() + (tick.frame ? tick.frame->sightings.size() : 0));
+  report.frame = std::move(local.frame);
   report.wrong_pairs = local.wrong_pairs;
   report.vehicle = global_T_vehicle();
   return report;

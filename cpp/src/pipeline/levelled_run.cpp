@@ -99,6 +99,7 @@ LevelledResult run_levelled_mission(const LevelledConfig& config, const std::vec
     result.tick_time_s(static_cast<Eigen::Index>(i)) = ticks[i].time_s;
     if (step.remembered) remembered.push_back({step.vehicle, pipeline.dead_reckoning().vector(), step.submap});
     if (step.update.dof > 0) result.updates.push_back({ticks[i].time_s, step.update.nis, step.update.dof});
+    result.frame_sightings.insert(result.frame_sightings.end(), step.frame.begin(), step.frame.end());
     result.observations += step.observations;
     result.refused += step.refused;
     result.scan_wrong_pairs += step.wrong_pairs;

@@ -29,8 +29,9 @@ Eigen::MatrixXd random_covariance(Rng& rng, Eigen::Index n) {
   return A * A.transpose() / static_cast<double>(n) + 0.1 * Eigen::MatrixXd::Identity(n, n);
 }
 
-StateRows random_rows(Rng& rng, Eigen::Index rows, Eigen::Index landmark) {
+StateRows random_rows(Rng& rng, Eigen::Index rows, Eigen::Index landmark, bool is_ray = false) {
   StateRows block{VehicleRows(rows), landmark, random_matrix(rng, rows, 3)};
+  if (is_ray) block.H_ray = random_matrix(rng, rows, 3);
   block.vehicle.residual = 0.05 * random_matrix(rng, rows, 1);
   block.vehicle.H = random_matrix(rng, rows, kVehicle);
   block.vehicle.R = random_covariance(rng, rows);
@@ -41,6 +42,7 @@ StateRows random_rows(Rng& rng, Eigen::Index rows, Eigen::Index landmark) {
 struct DenseFilter {
   Eigen::VectorXd mean;
   Eigen::MatrixXd P;
+  std::vector<Eigen::Index> offsets{};  ///< of the landmarks
 
   void predict(const VehiclePrediction& motion) {
     Eigen::MatrixXd F = Eigen::MatrixXd::Identity(mean.size(), mean.size());
@@ -49,15 +51,31 @@ struct DenseFilter {
     P.topLeftCorner<kVehicle, kVehicle>() += motion.Q;
     mean.head<kVehicle>() = motion.state;
   }
-  void add(const SideScanLandmark& landmark) {
+  void add(const Eigen::VectorXd& landmark, const Eigen::MatrixXd& J_vehicle, const Eigen::MatrixXd& noise) {
     const Eigen::Index n = mean.size();
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n + 3, n);
+    const Eigen::Index rows = landmark.size();
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n + rows, n);
     J.topRows(n).setIdentity();
-    J.block<3, kVehicle>(n, 0) = landmark.J_vehicle;
+    J.block(n, 0, rows, kVehicle) = J_vehicle;
     P = (J * P * J.transpose()).eval();
-    P.bottomRightCorner<3, 3>() += landmark.noise;
-    mean.conservativeResize(n + 3);
-    mean.tail<3>() = landmark.map_p_landmark;
+    P.bottomRightCorner(rows, rows) += noise;
+    mean.conservativeResize(n + rows);
+    mean.tail(rows) = landmark;
+    offsets.push_back(n);
+  }
+  /// (I-8), (I-9): rows from `at` on become J times themselves; without J they go.
+  void replace(std::size_t landmark, Eigen::Index rows, const Eigen::MatrixXd& J, const Eigen::VectorXd& value) {
+    const Eigen::Index at = offsets[landmark];
+    const Eigen::Index n = mean.size();
+    Eigen::MatrixXd T = Eigen::MatrixXd::Zero(n - rows + J.rows(), n);
+    T.topLeftCorner(at, at).setIdentity();
+    T.block(at, at, J.rows(), rows) = J;
+    T.bottomRightCorner(n - at - rows, n - at - rows).setIdentity();
+    P = (T * P * T.transpose()).eval();
+    mean = (T * mean).eval();
+    mean.segment(at, J.rows()) = value;
+    for (std::size_t i = landmark + 1; i < offsets.size(); ++i) offsets[i] -= rows - J.rows();
+    if (J.rows() == 0) offsets.erase(offsets.begin() + static_cast<std::ptrdiff_t>(landmark));
   }
   double update(const std::vector<StateRows>& blocks) {
     Eigen::Index k = 0;
@@ -68,7 +86,11 @@ struct DenseFilter {
     Eigen::Index i = 0;
     for (const StateRows& block : blocks) {
       H.block(i, 0, block.rows(), kVehicle) = block.vehicle.H;
-      if (block.landmark >= 0) H.block(i, LevelledFilter::offset(block.landmark), block.rows(), 3) = block.H_landmark;
+      if (block.landmark >= 0) {
+        const Eigen::Index at = offsets[static_cast<std::size_t>(block.landmark)];
+        H.block(i, at, block.rows(), 3) = block.H_landmark;
+        if (block.is_of_ray()) H.block(i, at + 3, block.rows(), 3) = block.H_ray;
+      }
       R.block(i, i, block.rows(), block.rows()) = block.vehicle.R;
       nu.segment(i, block.rows()) = block.vehicle.residual;
       i += block.rows();
@@ -99,7 +121,7 @@ TEST(LevelledFilter, A15_EqualsTheDenseFilterOverRandomOperations) {
       landmark.J_vehicle = random_matrix(rng, 3, kVehicle);
       landmark.noise = random_covariance(rng, 3);
       filter.add_landmark(landmark);
-      dense.add(landmark);
+      dense.add(landmark.map_p_landmark, landmark.J_vehicle, landmark.noise);
     } else if (operation % 2 == 0) {
       VehiclePrediction motion;
       motion.state = random_vehicle(rng, operation);
@@ -122,6 +144,64 @@ TEST(LevelledFilter, A15_EqualsTheDenseFilterOverRandomOperations) {
     EXPECT_LT((filter.covariance() - dense.P).cwiseAbs().maxCoeff(), 1e-8);
     EXPECT_LT((filter.pose_rows() - dense.P.topRows<6>()).cwiseAbs().maxCoeff(), 1e-8);
   }
+}
+
+NewRay random_ray(Rng& rng) {
+  NewRay ray;
+  ray.ray = 0.3 * random_matrix(rng, 6, 1);
+  ray.ray(5) = 1.5;
+  ray.J_vehicle = 0.1 * random_matrix(rng, 6, kVehicle);
+  ray.noise = 0.05 * random_covariance(rng, 6);
+  return ray;
+}
+
+TEST(LevelledFilter, I8_I9_RaysThatComeChangeAndGoEqualTheDenseFilter) {
+  Rng rng(75);
+  LevelledFilter filter(1);
+  DenseFilter dense;
+  dense.mean = random_vehicle(rng, 0);
+  dense.P = 0.1 * random_covariance(rng, kVehicle);
+  filter.reset(dense.mean, dense.P);
+  int converted = 0, dropped = 0;
+  for (int operation = 0; operation < 200; ++operation) {
+    const Eigen::Index n = filter.landmarks();
+    const Eigen::Index some = n == 0 ? 0 : operation % n;
+    if (operation % 4 == 0) {
+      const NewRay ray = random_ray(rng);
+      filter.add_landmark(ray);
+      dense.add(ray.ray, ray.J_vehicle, ray.noise);
+    } else if (operation % 4 == 1) {
+      std::vector<StateRows> rows{random_rows(rng, 3, StateRows::kNoLandmark)};
+      for (Eigen::Index i = 0; i < n; i += 2) rows.push_back(random_rows(rng, 2, i, filter.is_ray(i)));
+      std::vector<StateRows> two{rows.back(), rows.front()};
+      const Eigen::MatrixXd joint = filter.joint_covariance(two);
+      EXPECT_LT((filter.predicted_covariance(two[0], two[1]) - joint.topRightCorner(two[0].rows(), two[1].rows())).norm(), 1e-9);
+      EXPECT_LT((filter.predicted_covariance(two[0], two[0]) - joint.topLeftCorner(two[0].rows(), two[0].rows())).norm(), 1e-9);
+      DenseFilter alone = dense;
+      const double one = filter.squared_distance(rows.back());
+      EXPECT_NEAR(one, alone.update({rows.back()}), 1e-9 * (1.0 + one));
+      const UpdateResult result = filter.update(rows);
+      EXPECT_NEAR(result.nis, dense.update(rows), 1e-8 * (1.0 + result.nis));
+    } else if (operation % 4 == 2 && n > 0 && filter.is_ray(some) && filter.ray(some)(5) > 0.5) {
+      const ConvertedPoint point = to_point(filter.ray(some));
+      filter.convert_to_point(some);
+      dense.replace(static_cast<std::size_t>(some), 6, point.J, point.map_p_point);
+      EXPECT_FALSE(filter.is_ray(some));
+      EXPECT_EQ(filter.landmark_position(some), point.map_p_point);
+      ++converted;
+    } else if (operation % 12 == 3 && n > 0) {
+      const Eigen::Index rows = filter.rows_of(some);
+      filter.drop_landmark(some);
+      dense.replace(static_cast<std::size_t>(some), rows, Eigen::MatrixXd(0, rows), Eigen::VectorXd(0));
+      EXPECT_EQ(filter.landmarks(), n - 1);
+      ++dropped;
+    }
+    ASSERT_EQ(filter.size(), dense.mean.size());
+    ASSERT_LT((filter.mean() - dense.mean).cwiseAbs().maxCoeff(), 1e-8) << operation;
+    ASSERT_LT((filter.covariance() - dense.P).cwiseAbs().maxCoeff(), 1e-8) << operation;
+  }
+  EXPECT_GT(converted, 10);
+  EXPECT_GT(dropped, 10);
 }
 
 TEST(LevelledFilter, NamesWhatIsWrongWithAnUpdateAndStaysAsItWas) {

@@ -17,34 +17,66 @@ constexpr Eigen::Index kVehicle = VehicleLayout::kSize;
 /// Carries Cov(e_step, e_now) forwards, the other way round than the journal.
 class ForwardCovariance final : public LevelledFilterWatcher {
  public:
-  void begin(const LevelledFilter& filter) { cross_ = filter.pose_rows(); }
+  void begin(const LevelledFilter& filter) {
+    cross_ = filter.pose_rows();
+    pose_ = filter.vehicle().head<6>();
+    covariance_ = cross_.leftCols<6>();
+  }
   [[nodiscard]] const Eigen::MatrixXd& cross() const { return cross_; }
+  /// Of the pose of then, by all that was measured since.
+  [[nodiscard]] const Vector6d& pose() const { return pose_; }
+  [[nodiscard]] const Matrix6d& covariance() const { return covariance_; }
 
   void on_predict(const VehicleMatrix& F) override {
     if (cross_.size() > 0) cross_.leftCols<kVehicle>() = (cross_.leftCols<kVehicle>() * F.transpose()).eval();
   }
-  void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+  void on_update(const std::vector<StateRows>& rows, const std::vector<Eigen::Index>& offsets, const Eigen::Ref<const Eigen::MatrixXd>& Y,
                  const Eigen::Ref<const Eigen::MatrixXd>& L) override {
     if (cross_.size() == 0) return;
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(Y.cols(), Y.rows());
     Eigen::Index i = 0;
-    for (const StateRows& block : rows) {
+    for (std::size_t b = 0; b < rows.size(); ++b) {
+      const StateRows& block = rows[b];
       H.block(i, 0, block.rows(), kVehicle) = block.vehicle.H;
-      if (block.landmark >= 0) H.block(i, LevelledFilter::offset(block.landmark), block.rows(), 3) = block.H_landmark;
+      if (block.landmark >= 0) H.block(i, offsets[b], block.rows(), 3) = block.H_landmark;
+      if (block.is_of_ray()) H.block(i, offsets[b] + 3, block.rows(), 3) = block.H_ray;
       i += block.rows();
     }
+    Eigen::VectorXd innovation(Y.cols());
+    i = 0;
+    for (const StateRows& block : rows) {
+      innovation.segment(i, block.rows()) = block.vehicle.residual;
+      i += block.rows();
+    }
+    const Eigen::MatrixXd lower = L.triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd gain = cross_ * H.transpose() * (lower * lower.transpose()).inverse();
+    pose_ += gain * innovation;
+    covariance_ -= gain * H * cross_.transpose();
     const Eigen::MatrixXd K = Y * Eigen::MatrixXd(L.triangularView<Eigen::Lower>()).inverse();
     cross_ -= (cross_ * H.transpose() * K.transpose()).eval();
   }
-  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override {
+  void on_add(const Eigen::Ref<const Eigen::MatrixXd>& J_vehicle) override {
     if (cross_.size() == 0) return;
     const Eigen::MatrixXd added = cross_.leftCols<kVehicle>() * J_vehicle.transpose();
-    cross_.conservativeResize(Eigen::NoChange, cross_.cols() + 3);
-    cross_.rightCols<3>() = added;
+    cross_.conservativeResize(Eigen::NoChange, cross_.cols() + added.cols());
+    cross_.rightCols(added.cols()) = added;
+  }
+  void on_convert(Eigen::Index offset, const Eigen::Matrix<double, 3, 6>& J) override {
+    if (cross_.size() == 0) return;
+    cross_.middleCols<3>(offset) = (cross_.middleCols<6>(offset) * J.transpose()).eval();
+    on_drop(offset + 3, 3);
+  }
+  void on_drop(Eigen::Index offset, Eigen::Index rows) override {
+    if (cross_.size() == 0) return;
+    const Eigen::MatrixXd after = cross_.rightCols(cross_.cols() - offset - rows);
+    cross_.conservativeResize(Eigen::NoChange, cross_.cols() - rows);
+    cross_.rightCols(after.cols()) = after;
   }
 
  private:
   Eigen::MatrixXd cross_;
+  Vector6d pose_;
+  Matrix6d covariance_;
 };
 
 /// Both watchers at once.
@@ -55,14 +87,22 @@ class Both final : public LevelledFilterWatcher {
     first_.on_predict(F);
     second_.on_predict(F);
   }
-  void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+  void on_update(const std::vector<StateRows>& rows, const std::vector<Eigen::Index>& offsets, const Eigen::Ref<const Eigen::MatrixXd>& Y,
                  const Eigen::Ref<const Eigen::MatrixXd>& L) override {
-    first_.on_update(rows, Y, L);
-    second_.on_update(rows, Y, L);
+    first_.on_update(rows, offsets, Y, L);
+    second_.on_update(rows, offsets, Y, L);
   }
-  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override {
+  void on_add(const Eigen::Ref<const Eigen::MatrixXd>& J_vehicle) override {
     first_.on_add(J_vehicle);
     second_.on_add(J_vehicle);
+  }
+  void on_convert(Eigen::Index offset, const Eigen::Matrix<double, 3, 6>& J) override {
+    first_.on_convert(offset, J);
+    second_.on_convert(offset, J);
+  }
+  void on_drop(Eigen::Index offset, Eigen::Index rows) override {
+    first_.on_drop(offset, rows);
+    second_.on_drop(offset, rows);
   }
 
  private:
@@ -110,6 +150,67 @@ TEST(LevelledJournal, A18_BackwardsEqualsForwards) {
   EXPECT_LT((steps[0].gain - expected).cwiseAbs().maxCoeff(), 1e-6 * expected.cwiseAbs().maxCoeff());
   const Matrix6d conditional = steps[0].covariance - expected * forward.cross()(Eigen::all, exit).transpose();
   EXPECT_LT((steps[0].conditional_covariance - conditional).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+TEST(LevelledJournal, I10_BackwardsEqualsForwardsOverRaysThatChangeAndGo) {
+  Rng rng(83);
+  LevelledFilter filter(4);
+  LevelledJournal journal;
+  ForwardCovariance forward;
+  Both both(journal, forward);
+  filter.watch(&both);
+  const PinholeCamera camera{320, 240, 280.0, 280.0, 159.5, 119.5};
+  const CameraConfig config;
+  VehicleVector x = VehicleVector::Zero();
+  x(6) = 0.5;
+  x(9) = 4.0;
+  filter.reset(x, VehicleMatrix(1e-3 * VehicleMatrix::Identity()));
+  int converted = 0, dropped = 0;
+  for (int tick = 0; tick < 60; ++tick) {
+    filter.predict(predict_constant_velocity(filter.vehicle(), {0.05, -0.02, 0.2}, 0.1, {}));
+    std::vector<StateRows> rows;
+    if (tick % 2 == 0) rows.push_back({depth_rows(filter.vehicle(), filter.vehicle()(2) + rng.normal(0.05), {})});
+    if (tick % 3 == 0) rows.push_back({compass_rows(filter.vehicle(), rng.normal(0.01), {})});
+    for (Eigen::Index i = tick % 2; i < filter.landmarks(); i += 2) {
+      StateRows block{VehicleRows(2), i, {}, {}};
+      const auto take = [&](const auto& seen) {
+        block.vehicle.residual << rng.normal(), rng.normal();
+        block.vehicle.H = seen.H_vehicle;
+        block.vehicle.R.setIdentity();
+        block.H_landmark = seen.H_landmark.template leftCols<3>();
+      };
+      if (filter.is_ray(i)) {
+        const auto seen = predict_pixel(filter.vehicle(), filter.ray(i), camera, config);
+        take(*seen);
+        block.H_ray = seen->H_landmark.rightCols<3>();
+      } else {
+        take(*predict_pixel(filter.vehicle(), filter.landmark_position(i), camera, config));
+      }
+      rows.push_back(block);
+    }
+    filter.update(rows);
+    if (tick % 6 == 1) filter.add_landmark(*ray_from_pixel(filter.vehicle(), {rng.uniform(40, 280), rng.uniform(40, 200)}, camera, config));
+    if (tick % 9 == 8 && filter.is_ray(tick % filter.landmarks())) {
+      filter.convert_to_point(tick % filter.landmarks());
+      ++converted;
+    }
+    if (tick % 11 == 10) {
+      filter.drop_landmark(tick % filter.landmarks());
+      ++dropped;
+    }
+    if (tick == 20 || tick == 40) journal.step(tick, filter);
+    if (tick == 20) forward.begin(filter);
+  }
+  EXPECT_GT(converted, 2);
+  EXPECT_GT(dropped, 2);
+  EXPECT_TRUE(journal.fits(filter));
+  const std::vector<Eigen::Index> exit{0, 1, 5, 11, 10};
+  const Eigen::MatrixXd expected = forward.cross()(Eigen::all, exit) * filter.covariance()(exit, exit).inverse();
+  const std::vector<LevelledStep> steps = journal.take_steps(filter, exit);
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_LT((steps[0].gain - expected).cwiseAbs().maxCoeff(), 1e-5 * expected.cwiseAbs().maxCoeff());
+  EXPECT_LT((steps[0].base_T_vehicle - forward.pose()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((steps[0].covariance - forward.covariance()).cwiseAbs().maxCoeff(), 1e-10);
 }
 
 /// A linear system over the vehicle's state and landmarks, beside the least-squares solution over all of its past.

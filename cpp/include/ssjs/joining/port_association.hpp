@@ -14,9 +14,13 @@ struct Sighting {
   const PortMap* map;
   Eigen::Index landmark;
 
+  [[nodiscard]] const MapLandmark& known() const { return map->submap.landmarks[static_cast<std::size_t>(landmark)]; }
   [[nodiscard]] Eigen::Index row() const { return map->submap.landmark_offset(landmark); }
   [[nodiscard]] std::optional<Unknown> port() const { return map->unknown_at(row()); }
 };
+
+/// What a camera saw is nothing that a sonar sees, and two landmarks that look different are not one. (I-15)
+[[nodiscard]] bool may_be_one(const Sighting& a, const Sighting& b, double max_descriptor_distance);
 
 /// Landmarks in the world: position = mean + J dX + n, n ~ N(0, noise), 3 rows each; sightings of one map follow each other. (P-10)
 struct PlacedSightings {
@@ -32,6 +36,7 @@ struct PlacedSightings {
 struct PortAssociationConfig {
   JointCompatibilityConfig joint;
   double max_chance_odds = 0.3;  ///< see associate_sightings
+  double max_descriptor_distance = 0.35;
 };
 
 struct SightingPairs {
@@ -46,7 +51,8 @@ struct SightingPairs {
 /// the joint covariance of both sides, in which the compass offsets already tell how the maps are turned against each other. Then pairs
 /// are dropped, the worst first, while the odds that a pair, given all others, is a foreign landmark that happens to lie there exceed
 /// max_chance_odds: a lone pair in a crowd, or under an uncertain track, means nothing.
-/// density_per_m2: landmarks to be met by chance.
+/// density_per_m2: landmarks to be met by chance. Where landmarks have descriptors, pairs that look different are refused, and of the
+/// landmarks met by chance only that part counts which looks alike (I-15).
 [[nodiscard]] SightingPairs associate_sightings(const std::vector<Sighting>& observed, const std::vector<Sighting>& predicted,
                                                 const PortLevel& level, double density_per_m2, const PortAssociationConfig& config);
 

@@ -11,9 +11,10 @@
 namespace ssjs {
 
 struct DuplicateConfig {
-  double gate_probability = 0.99;       ///< in the plane and in depth
-  double duplicate_probability = 0.05;  ///< that a landmark is known a second time, before anything is looked at
-  double max_chance_odds = 0.3;         ///< of two neighbours against one object
+  double gate_probability = 0.99;         ///< in the plane and in depth
+  double duplicate_probability = 0.05;    ///< that a landmark is known a second time, before anything is looked at
+  double max_chance_odds = 0.3;           ///< of two neighbours against one object
+  double max_descriptor_distance = 0.35;  ///< of what they look like, where that is known
 };
 
 /// Two sightings that stand for different landmarks so far: ports (each by the first map that holds it) or landmarks of one map.

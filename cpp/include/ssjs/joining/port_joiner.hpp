@@ -31,6 +31,7 @@ struct PortJoinerConfig {
   double joint_gate_probability = 0.95;
   int node_budget = 1500;
   double max_chance_odds = 0.3;
+  double max_descriptor_distance = PortAssociationConfig{}.max_descriptor_distance;
   double duplicate_probability = DuplicateConfig{}.duplicate_probability;
   std::optional<double> north_offset_rad;
   double north_offset_sigma_rad = 0.05;
@@ -48,6 +49,8 @@ struct PortJoinerConfig {
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one map");
     v.field("max_chance_odds", max_chance_odds, Rule::positive(),
             "a pair is refused when, given the other pairs, it is so likely to be a foreign landmark, relative to the same one");
+    v.field("max_descriptor_distance", max_descriptor_distance, Rule::positive(),
+            "landmarks of a camera whose descriptors point farther apart are not one (0 alike, 1.41 nothing in common)");
     v.field("duplicate_probability", duplicate_probability, Rule{0, 1, false, true},
             "how likely a landmark is to be known a second time, under another number; such pairs are merged; 0: nothing is merged");
     v.field(

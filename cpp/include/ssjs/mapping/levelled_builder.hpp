@@ -13,6 +13,7 @@
 #include "ssjs/features/navigation_tick.hpp"
 #include "ssjs/filter/levelled_filter.hpp"
 #include "ssjs/mapping/base_fix.hpp"
+#include "ssjs/mapping/frame_association.hpp"
 #include "ssjs/mapping/levelled_config.hpp"
 #include "ssjs/mapping/levelled_journal.hpp"
 #include "ssjs/mapping/levelled_submap.hpp"
@@ -45,8 +46,9 @@ struct SensorStatistics {
 struct TickResult {
   UpdateResult update;                   ///< of all rows of the tick together; no rows: 0 of 0
   int refused = 0;                       ///< samples outside their gates
-  int paired = 0, added = 0;             ///< sightings
+  int paired = 0, added = 0;             ///< sightings, the camera's among them
   int wrong_pairs = 0;                   ///< pairs whose source identities differ, where both are known
+  std::vector<FrameSighting> frame;      ///< of the landmarks that a camera frame showed
   bool remembered = false;               ///< the pose of this tick is a step of its map
   std::optional<LevelledSubmap> closed;  ///< the map that this tick finished; its samples are the new one's
   std::optional<UnsmoothedSteps> steps;  ///< of the closed map, where the builder does not smooth them itself
@@ -67,8 +69,8 @@ class LevelledBuilder {
   ~LevelledBuilder() = default;
 
   /// The first tick starts the first map. Throws InvalidArgument for a time before the last one or a sample that is not finite. Takes
-  /// memory from the heap where a map ends or gains a landmark, where a map is longer than all before it, and where a ping shows several
-  /// points without identities; nowhere else.
+  /// memory from the heap where a map ends or gains a landmark, where a map is longer than all before it, where a ping shows several
+  /// points without identities, and for a camera's frame; nowhere else.
   TickResult feed(const NavigationTick& tick);
 
   /// The attitude may be wrong by these standard deviations (roll, pitch, yaw; rad) that the filter knows nothing of, and was for some
@@ -83,6 +85,7 @@ class LevelledBuilder {
 
   [[nodiscard]] int index() const { return index_; }
   [[nodiscard]] const LevelledFilter& filter() const { return filter_; }
+  [[nodiscard]] const std::vector<MapLandmark>& landmarks() const { return landmarks_; }  ///< in the order of the filter's
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] double map_start_s() const { return start_time_s_; }
   [[nodiscard]] const std::optional<BaseFix>& start_fix() const { return start_fix_; }            ///< that base 0 came with
@@ -108,10 +111,18 @@ class LevelledBuilder {
   void forget_until(double time_s);
   void level_again();
   void gate_rows(const NavigationTick& tick, bool gates);  ///< into gated_
-  void associate(const NavigationTick& tick);              ///< into association_
+  void associate(const NavigationTick& tick);              ///< into association_ and frame_
+  void gate_frame(const CameraFrame& frame, TickResult& result);
+  void add_rays(const CameraFrame& frame, TickResult& result);
+  void settle_rays();
+  void settle_map();
+  void drop_landmark(Eigen::Index landmark);
+  [[nodiscard]] bool knows_seabed() const;
+  [[nodiscard]] bool is_point(Eigen::Index ray) const;
   void introduce_offset(double compass_rad, double sigma_rad);
   void add_to_mean(double time_s, double compass_rad);
   void use(const NavigationTick& tick, TickResult& result);
+  [[nodiscard]] SplitPolicyConfig split_policy() const;
   [[nodiscard]] std::optional<std::string> reason_to_close_map(int new_landmarks) const;
   [[nodiscard]] LevelledSubmap close(const std::string& reason, std::optional<UnsmoothedSteps>* steps);
 
@@ -120,7 +131,10 @@ class LevelledBuilder {
   LevelledJournal journal_;
   FixKeeper fixes_;
   std::optional<BaseFix> start_fix_;  ///< of base 0
+  std::optional<PinholeCamera> camera_;
   std::vector<MapLandmark> landmarks_;
+  std::vector<int> missed_;  ///< frames in a row that did not show a camera's landmark
+  std::int64_t tracks_ = 0;  ///< of the camera, over all maps
   struct Seen {
     Eigen::Index landmark;
     double time_s;
@@ -135,6 +149,7 @@ class LevelledBuilder {
   std::optional<LevelledRecord> blank_;  ///< for the next map
   GatedRows gated_;                      ///< of the tick at hand
   SightingAssociation association_;      ///< of the tick at hand
+  std::optional<FrameAssociation> frame_;
   std::array<SensorStatistics, kNavigationSensors> statistics_{};
   std::optional<Eigen::Vector3d> gyro_rad_s_;  ///< the last sample, which holds for a while
   double gyro_time_s_ = 0.0;
@@ -161,6 +176,8 @@ class LevelledBuilder {
     a("fixes", fixes_);
     a("start_fix", start_fix_);
     a("landmarks", landmarks_);
+    a("missed", missed_);
+    a("tracks", tracks_);
     a("seen", seen_);
     a("statistics", statistics_);
     a("gyro_rad_s", gyro_rad_s_);
@@ -185,6 +202,7 @@ class LevelledBuilder {
     a("mean_last_s", mean_last_s_);
     a.require(!started_ || filter_.landmarks() == static_cast<Eigen::Index>(landmarks_.size()),
               "has another number of landmarks in its filter than beside it");
+    a.require(missed_.size() == landmarks_.size(), "has another number of misses than of landmarks");
     a.require(!started_ || journal_.fits(filter_), "remembers what its filter cannot have done");
     for (const Seen& seen : seen_) {
       a.require(seen.landmark >= 0 && seen.landmark < static_cast<Eigen::Index>(landmarks_.size()), "saw a landmark that is not there");

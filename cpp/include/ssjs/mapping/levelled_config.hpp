@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "ssjs/base/config_field.hpp"
+#include "ssjs/mapping/frame_association.hpp"
 #include "ssjs/mapping/scan_association.hpp"
 #include "ssjs/mapping/split_policy.hpp"
 #include "ssjs/sensors/constant_velocity.hpp"
@@ -77,6 +78,7 @@ struct LevelledBuilderConfig {
   VelocityLogConfig velocity_log;
   SideScanConfig side_scan;
   CameraConfig camera;
+  FrameAssociationConfig camera_association;
   LevelledStartConfig start;
   LevelledSplitConfig split;
   ScanAssociationConfig association;
@@ -94,6 +96,7 @@ struct LevelledBuilderConfig {
     v.section("velocity_log", velocity_log, "Doppler velocity log");
     v.section("side_scan", side_scan, "side-scan sightings");
     v.section("camera", camera, "the camera: its corrected frames, mounting and noise");
+    v.section("camera_association", camera_association, "which keypoint of a frame is of which landmark of the map, and which are new");
     v.section("start", start, "the vehicle when a map starts");
     v.section("split", split, "when a map is closed");
     v.section("association", association, "which sighting is of which landmark of the map");

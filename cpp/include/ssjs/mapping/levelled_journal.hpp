@@ -25,11 +25,13 @@ class LevelledJournal final : public LevelledFilterWatcher {
   void clear() { record_.clear(); }
 
   void on_predict(const VehicleMatrix& F) override { record_.predict(F); }
-  void on_update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+  void on_update(const std::vector<StateRows>& rows, const std::vector<Eigen::Index>& offsets, const Eigen::Ref<const Eigen::MatrixXd>& Y,
                  const Eigen::Ref<const Eigen::MatrixXd>& L) override {
-    record_.update(rows, Y, L);
+    record_.update(rows, offsets, Y, L);
   }
-  void on_add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle) override { record_.add(J_vehicle); }
+  void on_add(const Eigen::Ref<const Eigen::MatrixXd>& J_vehicle) override { record_.add(J_vehicle); }
+  void on_convert(Eigen::Index offset, const Eigen::Matrix<double, 3, 6>& J) override { record_.convert(offset, J); }
+  void on_drop(Eigen::Index offset, Eigen::Index rows) override { record_.drop(offset, rows); }
 
   /// The present pose becomes a step of the trajectory.
   void step(double time_s, const LevelledFilter& filter);

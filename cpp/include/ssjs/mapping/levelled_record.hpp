@@ -1,5 +1,5 @@
 /// What the filter of one levelled map did, on record: enough to smooth its steps afterwards, at leisure and on any thread.
-/// docs/math/submaps.md (C-3, C-4), auv.md, [bierman1973].
+/// docs/math/submaps.md (C-3, C-4), auv.md, camera.md (I-10), [bierman1973].
 #pragma once
 
 #include <Eigen/Core>
@@ -14,6 +14,17 @@
 
 namespace ssjs {
 
+/// One block of an update, with where its landmark began in the state then.
+struct RecordedRows {
+  StateRows rows;
+  Eigen::Index offset = 0;
+
+  void archive(Archive& a) {
+    a("rows", rows);
+    a("offset", offset);
+  }
+};
+
 class LevelledRecord {
  public:
   /// The oldest entries are forgotten where `most_bytes` do not suffice: hours in one map.
@@ -22,8 +33,11 @@ class LevelledRecord {
   void clear();                             ///< keeps the memory
   void match(const LevelledRecord& other);  ///< memory for as much as `other` has come to
   void predict(const VehicleMatrix& F);
-  void update(const std::vector<StateRows>& rows, const Eigen::Ref<const Eigen::MatrixXd>& Y, const Eigen::Ref<const Eigen::MatrixXd>& L);
-  void add(const Eigen::Matrix<double, 3, VehicleLayout::kSize>& J_vehicle);
+  void update(const std::vector<StateRows>& rows, const std::vector<Eigen::Index>& offsets, const Eigen::Ref<const Eigen::MatrixXd>& Y,
+              const Eigen::Ref<const Eigen::MatrixXd>& L);
+  void add(const Eigen::Ref<const Eigen::MatrixXd>& J_vehicle);
+  void convert(Eigen::Index offset, const Eigen::Matrix<double, 3, 6>& J);
+  void drop(Eigen::Index offset, Eigen::Index rows);
   /// The present pose is a step of the trajectory; `conditioned`: to be smoothed.
   void step(double time_s, const LevelledFilter& filter, bool conditioned);
 
@@ -33,15 +47,16 @@ class LevelledRecord {
                                                    const Eigen::MatrixXd& P_exit) const;
 
  private:
-  enum class Kind { kStep, kUpdate, kAdd };
+  enum class Kind { kStep, kUpdate, kAdd, kConvert, kDrop };
   using Matrix = Eigen::Map<const Eigen::MatrixXd>;
   struct Entry {
     Kind kind = Kind::kStep;
     std::size_t bytes = 0;
-    Tape<double>::Piece F;                ///< 20 x 20, of the motion since the entry before
-    Tape<double>::Piece Y, L, J_vehicle;  ///< n x k and k x k of kUpdate; 6 x n, P(pose, all), of kStep; 3 x 20 of kAdd
+    Tape<double>::Piece F;     ///< 20 x 20, of the motion since the entry before
+    Tape<double>::Piece Y, L;  ///< n x k and k x k of kUpdate; Y: 6 x n, P(pose, all), of kStep; J_vehicle of kAdd; J, 3 x 6, of kConvert
     Eigen::Index Y_rows = 0, Y_columns = 0;
-    Tape<StateRows>::Piece rows;  ///< kUpdate
+    Eigen::Index offset = 0, dropped = 0;  ///< where rows changed, kConvert and kDrop, and how many are gone, kDrop
+    Tape<RecordedRows>::Piece rows;        ///< kUpdate
     std::size_t row_blocks = 0;
   };
   struct FilteredStep {
@@ -66,7 +81,7 @@ class LevelledRecord {
   std::vector<Entry> entries_;
   std::vector<FilteredStep> steps_;
   Tape<double> numbers_;
-  Tape<StateRows> rows_;
+  Tape<RecordedRows> rows_;
   VehicleMatrix F_ = VehicleMatrix::Identity();  ///< since the last entry
 
  public:
@@ -76,6 +91,7 @@ class LevelledRecord {
   [[nodiscard]] bool fits(Eigen::Index size) const;
 
  private:
+  [[nodiscard]] static bool update_fits(const Entry& entry, Eigen::Index size);
   void archive_entry(Archive& a, Entry& entry);
   void archive_motion(Archive& a, Tape<double>::Piece& piece);
   void archive_numbers(Archive& a, std::string_view name, Tape<double>::Piece& piece, Eigen::Index rows, Eigen::Index columns);

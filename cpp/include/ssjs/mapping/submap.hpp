@@ -8,6 +8,7 @@
 
 #include "ssjs/base/archive.hpp"
 #include "ssjs/filter/map_state.hpp"
+#include "ssjs/sensors/camera_frame.hpp"
 
 namespace ssjs {
 
@@ -15,17 +16,22 @@ struct MapLandmark {
   int times_seen = 0;
   std::optional<std::int64_t> source_id;  ///< identity given by the source of its first sighting, where it gives one
   std::vector<std::int64_t> tracks{};     ///< every track of observations that was found to be this landmark
+  bool of_camera = false;                 ///< seen by the camera; the sonar's are others
+  Descriptor descriptor{};                ///< of a camera's: what it looks like, the mean of its sightings; empty: not known
 
   void archive(Archive& a) {
     a("times_seen", times_seen);
     a("source_id", source_id);
     a("tracks", tracks);
+    a("of_camera", of_camera);
+    archive_descriptor(a, descriptor);
   }
 
   /// `other` was found to be the same landmark.
   void take(const MapLandmark& other) {
     times_seen += other.times_seen;
     tracks.insert(tracks.end(), other.tracks.begin(), other.tracks.end());
+    if (descriptor.size() == 0) descriptor = other.descriptor;
   }
 };
 

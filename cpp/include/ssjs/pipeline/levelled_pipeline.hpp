@@ -77,8 +77,9 @@ struct LevelledReport {
   int refused = 0;  ///< samples outside their gates
   int observations = 0;
   int wrong_pairs = 0;
-  std::optional<JoinReport> join;  ///< when the tick closed a submap
-  double global_time_s = 0.0;      ///< wall time in the joining layer, without association
+  std::vector<FrameSighting> frame;  ///< of the landmarks that a camera frame showed
+  std::optional<JoinReport> join;    ///< when the tick closed a submap
+  double global_time_s = 0.0;        ///< wall time in the joining layer, without association
   double association_time_s = 0.0;
 };
 

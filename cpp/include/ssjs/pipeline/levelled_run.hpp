@@ -23,6 +23,7 @@ struct LevelledResult {
   Eigen::VectorXd tick_time_s, step_time_us;  ///< one a tick
 
   std::vector<MissionResult::Update> updates;  ///< one a tick with samples that were used
+  std::vector<FrameSighting> frame_sightings;  ///< ascending time
   std::vector<LoopAttempt> loops;
   std::vector<FixAttempt> fixes;
   std::vector<LevelledSubmap> submaps;  ///< without their steps

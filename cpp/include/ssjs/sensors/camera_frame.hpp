@@ -20,6 +20,10 @@ inline void archive_descriptor(Archive& a, Descriptor& descriptor) {
   if (a.reading()) descriptor = numbers.cast<float>();
 }
 
+/// Between their directions, whatever their lengths: 0 alike, sqrt(2) nothing in common. Nothing where one of them is not known. Throws
+/// InvalidArgument for descriptors of different lengths.
+[[nodiscard]] std::optional<double> descriptor_distance(const Descriptor& a, const Descriptor& b);
+
 struct CameraSighting {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< u, v of the frame whose lens is corrected (I-1)
   Descriptor descriptor{};
