@@ -1,4 +1,4 @@
-"""The built-in survey with a down-looking camera: its frames as JPEG, rendered by as many threads as there are processors."""
+"""The built-in survey with a down-looking camera: its frames as JPEG, rendered by as many threads as there are processors to run on."""
 
 import os
 from collections import deque
@@ -46,7 +46,7 @@ class SimulatedCamera:
 
     def photograph(self, folder: Path) -> None:
         """Writes every frame of the index."""
-        workers = os.cpu_count() or 1
+        workers = len(os.sched_getaffinity(0))
         with ThreadPoolExecutor(workers) as pool:
             waiting: deque[Future[None]] = deque()
             for number, name in enumerate(self.frames().files):

@@ -73,13 +73,23 @@ ESTIMATOR = SettingsKind(
 
 
 # Underwater missions: the estimator's settings, and behind these prefixes those of the search for contacts in sonar logs, and of the way
-# from the frames of a camera to keypoints.
+# from the frames of a camera to keypoints. The estimator has settings of the frames, too: how their keypoints find their landmarks.
 SONAR_PREFIX = "sonar."
 FRAMES_PREFIX = "frames."
 MOSAIC_PREFIX = "mosaic."
 #: What a landmark is, of those with that prefix: no setting of the way to keypoints.
 LANDMARK_SOURCE = "frames.landmarks"
 MOSAIC_POINTS = "frames.mosaic_points"
+
+
+@cache
+def _estimator_keys() -> frozenset[str]:
+    return frozenset(entry["key"] for entry in _core.levelled_config_fields())
+
+
+@cache
+def _reader_keys() -> frozenset[str]:
+    return frozenset(entry["key"] for entry in _core.frame_fields() if entry["key"].startswith(FRAMES_PREFIX))
 
 
 SONAR_MODEL = FieldDescription(
@@ -99,13 +109,12 @@ def core_sonar_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
 
 def levelled_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The settings of the estimator of an underwater mission."""
-    return {key: value for key, value in values.items() if not key.startswith((SONAR_PREFIX, FRAMES_PREFIX, MOSAIC_PREFIX))}
+    return {key: value for key, value in values.items() if key in _estimator_keys()}
 
 
 def frame_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """The settings of the way from frames to keypoints, as the core has them."""
-    others = (LANDMARK_SOURCE, MOSAIC_POINTS)
-    return {key: value for key, value in values.items() if key.startswith(FRAMES_PREFIX) and key not in others}
+    return {key: value for key, value in values.items() if key in _reader_keys()}
 
 
 def mosaic_values(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
@@ -118,7 +127,7 @@ def _underwater_fields() -> Iterator[FieldDescription]:
     for described in described_by_core(_core.side_scan_survey_fields()):
         yield replace(described, key=SONAR_PREFIX + described.key)
     yield SONAR_MODEL
-    yield from (described for described in described_by_core(_core.frame_fields()) if described.key.startswith(FRAMES_PREFIX))
+    yield from (described for described in described_by_core(_core.frame_fields()) if described.key in _reader_keys())
     of_landmarks = described_by_core(_core.visual_odometry_fields())
     yield from (described for described in of_landmarks if described.key in (LANDMARK_SOURCE, MOSAIC_POINTS))
     yield from described_by_core(_core.mosaic_fields())

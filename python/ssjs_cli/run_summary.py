@@ -47,6 +47,7 @@ def summary_text(finished: FinishedRun, *, with_report: bool) -> str:
         ("smoothing", _smoothing_text(summary)),
         ("trajectory", _trajectory_text(summary)),
         ("map error", _map_text(summary)),
+        ("frames", _frames_text(summary)),
         ("contacts", _contacts_text(summary)),
         ("consistency", _consistency_text(summary)),
         ("results", str(finished.directory)),
@@ -99,6 +100,18 @@ def _map_text(summary: dict[str, Any]) -> str | None:
         f"mean {summary['map_error_mean_m']:.3f} m, max {summary['map_error_max_m']:.3f} m, "
         f"{summary['landmarks_missed']} missed, {summary['landmarks_false']} false"
     )
+
+
+def _frames_text(summary: dict[str, Any]) -> str | None:
+    if summary.get("frames_used") is None:
+        return None
+    text = f"{summary['frames_used']} of {summary['frames']} used, {summary['frames_with_region']} with a region"
+    left_out = summary.get("frames_left_out")
+    if isinstance(left_out, dict) and left_out:
+        text += "; left out: " + ", ".join(f"{count} {kind}" for kind, count in left_out.items())
+    if summary.get("landmark_error_rms_m") is not None:
+        text += f"; landmarks {summary['landmark_error_rms_m']:.3f} m RMS from what they were seen at"
+    return text
 
 
 def _contacts_text(summary: dict[str, Any]) -> str | None:

@@ -80,10 +80,11 @@ def read_keypoints(
     if frames.calibration is None:
         raise UserError(f"{frames.folder / CALIBRATION_FILE}: is missing; the way of the vehicle needs the calibration of its camera")
     reader, camera = frame_reader(frames, settings), frames.calibration
+    _core.set_image_threads(1)  # each frame is one thread's
     outcomes: list[FrameOutcome] = []
     used: list[_Read] = []
     seen: dict[str, str] = {}
-    for number, read in enumerate(_in_order(frames, lambda path: _read(path, reader, camera), workers or os.cpu_count() or 1)):
+    for number, read in enumerate(_in_order(frames, lambda path: _read(path, reader, camera), workers or len(os.sched_getaffinity(0)))):
         if progress is not None and not progress(number / len(frames.files)):
             break
         name, time_s = frames.files[number], float(frames.time_s[number])

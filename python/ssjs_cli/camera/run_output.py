@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ssjs_cli.camera.frame_reading import LOST_KINDS, FrameOutcome
+from ssjs_cli.camera.landmark_truth import landmark_numbers
 from ssjs_cli.config import Scalar
 from ssjs_cli.formats.mission import Mission
 from ssjs_cli.formats.run_directory import FRAMES_FILE, Estimate
@@ -32,7 +33,7 @@ def write_camera(
         used = [(outcome.time_s, outcome.file) for outcome in outcomes if not outcome.kind]
         altitude = None if mission.navigation is None else mission.navigation.altitude
         write_camera_pictures(directory, mission.frames, used, numbers["frames_with_region"], estimate.final, altitude, result, settings)
-    return numbers
+    return {**numbers, **landmark_numbers(mission, result, settings)}
 
 
 def frame_numbers(outcomes: Sequence[FrameOutcome]) -> dict[str, Any]:

@@ -9,13 +9,17 @@ from ssjs_cli.formats.mission import Mission
 KEYPOINTS_KEY = "frames.keypoints.max_keypoints"
 #: Each is a landmark of the filter until it is out of sight.
 MAX_KEYPOINTS = 40
+CHANCE_KEY = "joining.max_chance_odds"
+#: A seabed full of keypoints offers a foreign one for every pair: where few pairs speak for each other none is taken.
+MAX_CHANCE_ODDS = 0.01
 
 
 def camera_of(mission: Mission, directory: Path) -> Layer:
-    """The pinhole camera that is left once the lens is corrected, and as many keypoints of a frame as a filter can follow."""
+    """The pinhole camera that is left once the lens is corrected, as many keypoints of a frame as a filter can follow, and how surely one
+    must be another's."""
     if mission.frames is None or mission.has_frames_alone:
         return Layer("no camera", {})
-    values: dict[str, Scalar] = {KEYPOINTS_KEY: MAX_KEYPOINTS}
+    values: dict[str, Scalar] = {KEYPOINTS_KEY: MAX_KEYPOINTS, CHANCE_KEY: MAX_CHANCE_ODDS}
     camera = mission.frames.calibration
     if camera is not None:
         values |= {

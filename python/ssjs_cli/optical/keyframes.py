@@ -60,7 +60,7 @@ def keyframes(
     if not known.any():
         return []
     time_s = np.array([time for time, _ in used])
-    pose = _poses_at(track, time_s)
+    pose = poses_at(track, time_s)
     height = np.interp(time_s, altitude.time_s[known], altitude.value[known])
     shorter = min(calibration["width_px"] / calibration["focal_x_px"], calibration["height_px"] / calibration["focal_y_px"])
     chosen: list[Keyframe] = []
@@ -94,7 +94,7 @@ def _shows_new_ground(last: FloatArray, here: FloatArray, distance_m: float) -> 
     return float(np.hypot(*(here[:2] - last[:2]))) >= distance_m or turn >= TURN_RAD
 
 
-def _poses_at(track: PoseSeries, time_s: FloatArray) -> FloatArray:
+def poses_at(track: PoseSeries, time_s: FloatArray) -> FloatArray:
     """(n, 6) x, y, z, roll, pitch, heading, between the steps of the track."""
     space = np.zeros((len(track.time_s), 3)) if track.space is None else track.space
     turned = np.unwrap(np.column_stack((space[:, 1:], track.pose[:, 2])), axis=0)
