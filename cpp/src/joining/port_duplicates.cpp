@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/chi_squared.hpp"
@@ -85,15 +86,27 @@ double density_around(const Known& centre, const std::vector<Known>& all, const 
   return static_cast<double>(std::max<std::ptrdiff_t>(near, 1)) / (kPi * kNeighbourhood_m * kNeighbourhood_m);
 }
 
+/// Those that share no map with a likelier one.
+std::vector<Duplicate> apart(const std::vector<Duplicate>& likeliest_first) {
+  std::vector<Duplicate> kept;
+  std::set<const PortMap*> tied;
+  for (const Duplicate& duplicate : likeliest_first) {
+    if (tied.count(duplicate.a.map) + tied.count(duplicate.b.map) > 0) continue;
+    tied.insert({duplicate.a.map, duplicate.b.map});
+    kept.push_back(duplicate);
+  }
+  return kept;
+}
+
 }  // namespace
 
-std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, const std::vector<int>& among, const PortLevel& level,
-                                             const DuplicateConfig& config) {
+std::vector<Duplicate> likely_duplicates(const std::deque<PortMap>& maps, const std::vector<int>& among, const PortLevel& level,
+                                         const DuplicateConfig& config) {
   const std::vector<Known> all = known_landmarks(maps, among, level);
   const double gate = chi_squared_quantile(config.gate_probability, 2.0);
   const double depth_gate = chi_squared_quantile(config.gate_probability, 1.0);
   const double rarity = (1.0 - config.duplicate_probability) / config.duplicate_probability;
-  std::optional<Duplicate> best;
+  std::vector<Duplicate> found;
   Eigen::Matrix2Xd positions(2, static_cast<Eigen::Index>(all.size()));
   double largest_sigma_m = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -123,12 +136,11 @@ std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, co
       if (!(squared_distance <= gate)) continue;
       const double density = density_around(all[i], all, grid, config.max_descriptor_distance);
       const double odds = rarity * density * 2.0 * kPi * std::sqrt(S_plane.determinant()) * std::exp(0.5 * squared_distance);  // (P-17)
-      if (odds <= config.max_chance_odds && (!best || odds < best->chance_odds)) {
-        best = Duplicate{all[i].sighting, all[j].sighting, squared_distance, odds};
-      }
+      if (odds <= config.max_chance_odds) found.push_back({all[i].sighting, all[j].sighting, squared_distance, odds});
     }
   }
-  return best;
+  std::stable_sort(found.begin(), found.end(), [](const Duplicate& a, const Duplicate& b) { return a.chance_odds < b.chance_odds; });
+  return apart(found);
 }
 
 }  // namespace ssjs

@@ -362,8 +362,10 @@ void PortJoiner::merge_duplicates(const std::vector<int>& among) {
   if (!(config_.duplicate_probability > 0.0) || config_.association == AssociationMethod::kKnown) return;
   const DuplicateConfig config{config_.gate_probability, config_.duplicate_probability, config_.max_chance_odds,
                                config_.max_descriptor_distance};
-  while (const std::optional<Duplicate> duplicate = likeliest_duplicate(maps_, among, *level_, config)) {
-    merge(*duplicate);
+  while (true) {
+    const std::vector<Duplicate> found = likely_duplicates(maps_, among, *level_, config);
+    if (found.empty()) return;
+    for (const Duplicate& duplicate : found) merge(duplicate);
     level_->settle();
   }
 }

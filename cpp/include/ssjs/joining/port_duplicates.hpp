@@ -2,7 +2,6 @@
 #pragma once
 
 #include <deque>
-#include <optional>
 #include <vector>
 
 #include "ssjs/joining/port_association.hpp"
@@ -24,10 +23,10 @@ struct Duplicate {
   double chance_odds = 0.0;
 };
 
-/// The two landmarks of the maps `among` (ascending) that are most likely to be one, if any are: their difference passes its gates under
-/// its own covariance (P-16), the odds that they are two neighbours are small enough (P-17), and no ping ever showed both (P-18). One at a
-/// time: once these are tied to each other all others are judged anew.
-[[nodiscard]] std::optional<Duplicate> likeliest_duplicate(const std::deque<PortMap>& maps, const std::vector<int>& among,
-                                                           const PortLevel& level, const DuplicateConfig& config);
+/// Landmarks of the maps `among` (ascending) that are likely to be one: their difference passes its gates under its own covariance (P-16),
+/// the odds that they are two neighbours are small enough (P-17), and no ping ever showed both (P-18). The likeliest first; of maps that a
+/// likelier pair has tied nothing more is said: once that is done, all others are to be judged anew.
+[[nodiscard]] std::vector<Duplicate> likely_duplicates(const std::deque<PortMap>& maps, const std::vector<int>& among,
+                                                       const PortLevel& level, const DuplicateConfig& config);
 
 }  // namespace ssjs
