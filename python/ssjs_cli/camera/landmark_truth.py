@@ -66,7 +66,7 @@ def seen_points_m(pose: FloatArray, pixel: FloatArray, surface: TrueSurface, cam
     direction = np.einsum("nij,jk,nk->ni", world_R_vehicle, rotations(mount[None, :3])[0], ray)
     origin = pose[:, :3] + np.einsum("nij,j->ni", world_R_vehicle, mount[3:])
     depth_m = surface.at(origin[:, 0], origin[:, 1])
-    point = origin
+    point: FloatArray = origin
     for _ in range(STEPS):
         point = origin + ((depth_m - origin[:, 2]) / direction[:, 2])[:, None] * direction
         depth_m = surface.at(point[:, 0], point[:, 1])

@@ -11,6 +11,7 @@ from types import MappingProxyType, TracebackType
 from typing import Literal
 
 from ssjs_cli import _core
+from ssjs_cli.camera.frame_reading import with_keypoints
 from ssjs_cli.config import Scalar, Settings
 from ssjs_cli.errors import UserError
 from ssjs_cli.evaluation import evaluate
@@ -90,16 +91,25 @@ class _TimeLimit:
 
 
 def _mission_of(task: RunTask, lost: list[str]) -> tuple[Mission, Path]:
-    """With the contacts that were found in its sonar logs; those of a simulated mission are gone once it has been searched."""
+    """With what was found in its sonar logs and frames; those of a simulated mission are gone once they have been searched."""
     if not isinstance(task.source, Scenario):
-        return with_contacts(read_mission(Path(task.source)), task.settings, lost)[0], Path(task.source)
+        return _searched(read_mission(Path(task.source)), task, lost), Path(task.source)
     mission, where = simulate_mission(task.source), Path(f"scenario {task.source.name}")
-    if mission.recording is None:
+    if mission.recording is None and mission.photographs is None:
         return mission, where
     with TemporaryDirectory(prefix="ssjs-") as folder:
-        mission.recording(Path(folder))
-        recorded = replace(mission, sonar_logs=sorted(Path(folder).iterdir()))
-        return with_contacts(recorded, task.settings, lost)[0], where
+        if mission.recording is not None:
+            mission.recording(Path(folder))
+            mission = replace(mission, sonar_logs=sorted(Path(folder).iterdir()))
+        if mission.photographs is not None and mission.frames is not None:
+            mission.photographs(Path(folder))
+            mission = replace(mission, frames=replace(mission.frames, folder=Path(folder)))
+        return _searched(mission, task, lost), where
+
+
+def _searched(mission: Mission, task: RunTask, lost: list[str]) -> Mission:
+    mission, _ = with_contacts(mission, task.settings, lost)
+    return with_keypoints(mission, task.settings, lost)[0]
 
 
 @cache

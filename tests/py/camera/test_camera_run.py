@@ -169,3 +169,9 @@ def test_where_a_pixel_lies_on_a_slope() -> None:
     pose = np.array([[0.0, 0.0, 8.0, 0.0, 0.0, np.pi / 2]])
     seen = seen_points_m(pose, np.array([[60.0, 120.0]]), surface, camera)
     np.testing.assert_allclose(seen, [[1.0 / 0.95, 0.0, 10.0 + 0.1 / 0.95]], atol=1e-5)
+
+
+def test_studies_look_at_the_frames_too(cli: Callable[..., Any], short_survey: Path, tmp_path: Path) -> None:
+    answer = cli("compare", short_survey, "--methods", "ssjs", "--out", tmp_path / "comparison", "--json")
+    assert answer.code == 0, answer.err
+    assert json.loads(answer.out)["methods"][0]["landmarks"] > 20
