@@ -1,6 +1,6 @@
 """The mosaic of docs/skerki.md from a finished run.
 
-    python docs/pictures/skerki_mosaic.py RUN_DIR docs/pictures/skerki_mosaic.jpg
+python docs/pictures/skerki_mosaic.py RUN_DIR docs/pictures/skerki_mosaic.jpg
 """
 
 import sys

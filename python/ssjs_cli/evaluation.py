@@ -285,7 +285,7 @@ def _depth_inside(estimate: Estimate, truth: PoseSeries) -> float | None:
 def judged_frame(estimate: Estimate, truth: PoseSeries, max_gap_s: float, otherwise: FloatArray) -> FloatArray:
     """truth_T_estimate in which errors are compared with the covariances claimed. An estimate that is exact at its start has covariances
     about that start and is judged from the first pose that the truth covers: a least-squares alignment would move errors from the end of
-    the mission to its start. One whose start is uncertain is in a world that something else defines, position fixes for one: `otherwise`."""
+    the mission to its start. One whose start is uncertain is in a world that something else defines, position fixes: `otherwise`."""
     if estimate.bases is not None and len(estimate.bases.covariance) and estimate.bases.covariance[0].any():
         return otherwise
     series, _ = last_of_each_time(estimate.final, estimate.final_covariance)

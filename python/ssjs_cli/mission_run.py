@@ -386,7 +386,8 @@ def doubtful_navigation(mission: Mission, result: Mapping[str, Any]) -> list[str
     unsound = result["counters"].get("unsound_maps", 0)
     if unsound:
         texts.append(
-            f"in {unsound} submaps the filter lost its footing and nothing they say was believed; look for noise settings that are far too small"
+            f"in {unsound} submaps the filter lost its footing and nothing they say was believed; look for noise settings that are "
+            "far too small"
         )
     for name, sensor in result.get("sensors", {}).items():
         total = sensor["used"] + sensor["refused"]
