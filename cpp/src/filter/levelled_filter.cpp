@@ -74,18 +74,18 @@ void LevelledFilter::predict(const VehiclePrediction& motion) {
   if (watcher_ != nullptr) watcher_->on_predict(motion.F);
 }
 
-template <Eigen::Index kRows>
-void LevelledFilter::add(const Eigen::Matrix<double, kRows, 1>& mean, const Eigen::Matrix<double, kRows, kVehicle>& J,
-                         const Eigen::Matrix<double, kRows, kRows>& noise) {
+template <Eigen::Index Rows>
+void LevelledFilter::add(const Eigen::Matrix<double, Rows, 1>& mean, const Eigen::Matrix<double, Rows, kVehicle>& J,
+                         const Eigen::Matrix<double, Rows, Rows>& noise) {
   const Eigen::Index at = size();
-  reserve(at - kVehicle + kRows);
-  const Eigen::Matrix<double, kRows, kVehicle> JP = J * vehicle_covariance();
-  mean_.segment<kRows>(at) = mean;
-  P_.block<kRows, kVehicle>(at, 0) = JP;  // (F-5)
+  reserve(at - kVehicle + Rows);
+  const Eigen::Matrix<double, Rows, kVehicle> JP = J * vehicle_covariance();
+  mean_.segment<Rows>(at) = mean;
+  P_.block<Rows, kVehicle>(at, 0) = JP;  // (F-5)
   const Eigen::Index m = at - kVehicle;
-  P_.block(at, kVehicle, kRows, m).noalias() = J * P_.block(kVehicle, 0, m, kVehicle).transpose();
-  P_.block<kRows, kRows>(at, at) = JP * J.transpose() + noise;
-  offsets_.push_back(at + kRows);
+  P_.block(at, kVehicle, Rows, m).noalias() = J * P_.block(kVehicle, 0, m, kVehicle).transpose();
+  P_.block<Rows, Rows>(at, at) = JP * J.transpose() + noise;
+  offsets_.push_back(at + Rows);
   if (watcher_ != nullptr) watcher_->on_add(J);
 }
 

@@ -1,4 +1,5 @@
 // What a LevelledBuilder does with the frames of a camera. docs/math/camera.md (I-8..I-14).
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>

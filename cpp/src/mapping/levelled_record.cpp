@@ -84,14 +84,14 @@ class Backwards {
     M_.topLeftCorner(n_, n_) = (0.5 * (information() + information().transpose())).eval();
   }
 
-  /// Before this landmark of kRows rows was added.
-  template <Eigen::Index kRows>
-  void addition(const Eigen::Matrix<double, kRows, kVehicle>& J) {
-    n_ -= kRows;
-    lambda_.topRows<kVehicle>().noalias() += J.transpose() * lambda_.template middleRows<kRows>(n_);
-    mu_.head<kVehicle>().noalias() += J.transpose() * mu_.template segment<kRows>(n_);
-    M_.topLeftCorner(kVehicle, n_ + kRows).noalias() += J.transpose() * M_.block(n_, 0, kRows, n_ + kRows);
-    M_.topLeftCorner(n_, kVehicle).noalias() += M_.block(0, n_, n_, kRows) * J;
+  /// Before this landmark of Rows rows was added.
+  template <Eigen::Index Rows>
+  void addition(const Eigen::Matrix<double, Rows, kVehicle>& J) {
+    n_ -= Rows;
+    lambda_.topRows<kVehicle>().noalias() += J.transpose() * lambda_.template middleRows<Rows>(n_);
+    mu_.head<kVehicle>().noalias() += J.transpose() * mu_.template segment<Rows>(n_);
+    M_.topLeftCorner(kVehicle, n_ + Rows).noalias() += J.transpose() * M_.block(n_, 0, Rows, n_ + Rows);
+    M_.topLeftCorner(n_, kVehicle).noalias() += M_.block(0, n_, n_, Rows) * J;
   }
 
   /// Before the six rows from `offset` on became three. (I-10)

@@ -115,9 +115,9 @@ class LevelledFilter {
 
  private:
   void reserve(Eigen::Index rows);  ///< of landmarks
-  template <Eigen::Index kRows>
-  void add(const Eigen::Matrix<double, kRows, 1>& mean, const Eigen::Matrix<double, kRows, kVehicle>& J,
-           const Eigen::Matrix<double, kRows, kRows>& noise);
+  template <Eigen::Index Rows>
+  void add(const Eigen::Matrix<double, Rows, 1>& mean, const Eigen::Matrix<double, Rows, kVehicle>& J,
+           const Eigen::Matrix<double, Rows, Rows>& noise);
   /// So many rows from `first` on leave the state.
   void cut(Eigen::Index first, Eigen::Index rows);
   /// P H' of one block of rows, into columns [at, at + rows).
