@@ -155,7 +155,7 @@ void SeabedTexture::scatter_growth(Rng rng) {
   for (int i = count_of(config_.growth_per_m2); i > 0; --i) {
     const Place place = random_place(rng, relief_.from_m(), extent_m_);
     const double radius_m = 0.5 * rng.uniform(0.15, 0.50);
-    const Albedo growth = kGrowth[static_cast<std::size_t>(rng.below(kGrowth.size()))];
+    const Albedo& growth = kGrowth[static_cast<std::size_t>(rng.below(kGrowth.size()))];
     const double lobes = std::floor(rng.uniform(3.0, 7.0));
     const double depth_of_lobes = rng.uniform(0.1, 0.3);
     const double streaks = rng.uniform(40.0, 90.0);
