@@ -99,8 +99,8 @@ void OnlineSurvey::close(TickResult& finished) {
   LevelledSubmap& submap = *finished.closed;
   take_over_s_ = submap.end_time_s + config_.joining_delay_s;
   ++submaps_;
-  const LevelledSubmap& link = is_sound(submap) ? submap : without_knowledge(submap);
-  global_T_base_ = compose_independent(global_T_base_, {link.base_T_exit(), link.covariance.topLeftCorner<3, 3>()});
+  const auto exit_of = [](const LevelledSubmap& map) { return GaussianSe2{map.base_T_exit(), map.covariance.topLeftCorner<3, 3>()}; };
+  global_T_base_ = compose_independent(global_T_base_, is_sound(submap) ? exit_of(submap) : exit_of(without_knowledge(submap)));
   if (!join_failure_.empty()) {
     if (finished.steps) builder_.reuse(std::move(finished.steps->record));
     return;

@@ -1,15 +1,13 @@
 """What the run of a camera mission leaves beside the files of every run: the mosaic, matches and sightings drawn in frames."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ssjs_cli.errors import UserError
 from ssjs_cli.formats.run_directory import PICTURES_FOLDER, PICTURES_INDEX_FILE
+from ssjs_cli.report.json_index import read_json_index
 from ssjs_cli.report.number_text import finite_number
 
-RUN_AGAIN = "run the mission again"
 MOSAIC_PLACE = ("left", "right", "bottom", "top", "width_px", "height_px")
 
 
@@ -40,14 +38,9 @@ class FramePictures:
 def read_frame_pictures(run_dir: Path) -> FramePictures | None:
     folder = run_dir / PICTURES_FOLDER
     path = folder / PICTURES_INDEX_FILE
-    if not path.is_file():
+    index = read_json_index(path)
+    if index is None:
         return None
-    try:
-        index = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path}: is not a JSON document ({error}); {RUN_AGAIN}") from error
-    if not isinstance(index, dict):
-        raise UserError(f"{path}: must hold one JSON object; {RUN_AGAIN}")
     frames = index.get("frames")
     counts = {str(key): int(value) for key, value in frames.items() if isinstance(value, int)} if isinstance(frames, dict) else {}
     return FramePictures(

@@ -12,10 +12,10 @@ from ssjs_cli.formats.number_table import FloatArray, IntArray, read_header, rea
 from ssjs_cli.formats.toml_file import load_toml
 from ssjs_cli.formats.tum import read_tum
 from ssjs_cli.report.frame_files import FramePictures, read_frame_pictures
+from ssjs_cli.report.json_index import RUN_AGAIN
 from ssjs_cli.report.number_text import finite_number
 from ssjs_cli.report.survey_files import SurveyFiles, read_survey_files
 
-RUN_AGAIN = "run the mission again"
 #: A mission whose first time is beyond this (about 12 days) carries the time of a calendar clock, unreadable on an axis.
 CLOCK_TIME_S = 1e6
 TIME_KEYS = ("time_s", "start_time_s", "end_time_s")

@@ -1,7 +1,6 @@
 """What the run of a sonar survey leaves beside the files of every run. Each may be absent and is then None."""
 
 import csv
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,7 @@ from ssjs_cli.formats.run_directory import (
     WATERFALL_FOLDER,
     WATERFALL_INDEX_FILE,
 )
-
-RUN_AGAIN = "run the mission again"
+from ssjs_cli.report.json_index import RUN_AGAIN, read_json_index
 
 
 @dataclass(frozen=True)
@@ -111,12 +109,5 @@ def _read_coverage(path: Path) -> CoverageGrid | None:
 
 def _read_waterfall(folder: Path) -> WaterfallPictures | None:
     path = folder / WATERFALL_INDEX_FILE
-    if not path.is_file():
-        return None
-    try:
-        index = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path}: is not a JSON document ({error}); {RUN_AGAIN}") from error
-    if not isinstance(index, dict):
-        raise UserError(f"{path}: must hold one JSON object; {RUN_AGAIN}")
-    return WaterfallPictures(index, folder)
+    index = read_json_index(path)
+    return None if index is None else WaterfallPictures(index, folder)

@@ -124,12 +124,12 @@ struct Status {
   std::int32_t submaps, landmarks, loop_closures, compass_jumps;
   std::int32_t relocations;  ///< times that fixes showed the estimate to be wrong, or an operator set it
   SensorState sensors[kSensors];
-  char advice[kAdviceLength];  ///< what to do about the worst of it; empty when all is well
-  std::int32_t clock_changes;  ///< times that the clock of the samples was found set
-  double clock_offset_s;       ///< of the time of the poses beyond that of the samples, since
-  std::int32_t waits;          ///< times that feed() had to wait for the thread in the background
-  bool joining;                ///< that thread is at work
-  std::int32_t closures_refused;
+  char advice[kAdviceLength];     ///< what to do about the worst of it; empty when all is well
+  std::int32_t clock_changes;     ///< times that the clock of the samples was found set
+  double clock_offset_s;          ///< of the time of the poses beyond that of the samples, since
+  std::int32_t waits;             ///< times that feed() had to wait for the thread in the background
+  bool joining;                   ///< that thread is at work
+  std::int32_t closures_refused;  ///< of its own pairing and from elsewhere; the log says why
 };
 
 /// What an operator wants to know, as it happens.

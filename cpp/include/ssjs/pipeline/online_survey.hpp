@@ -56,7 +56,7 @@ struct SurveyStatus {
   int submaps = 0;            ///< finished
   int landmarks = 0;          ///< of the present submap
   int loop_closures = 0;      ///< pairs of maps tied so far
-  int closures_refused = 0;   ///< because they contradict others, or no submap was there
+  int closures_refused = 0;   ///< by chance as likely, against others that agree, without submaps at their times, or taken back
   int compass_jumps = 0;
   int relocations = 0;   ///< times that fixes showed the estimate to be wrong, or an operator set it
   int waits = 0;         ///< times that the caller had to wait for the background
