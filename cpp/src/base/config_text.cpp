@@ -17,7 +17,7 @@
 namespace ssjs {
 namespace {
 
-constexpr std::size_t kLongestKey = 80;  // what comes after it is no misspelling
+constexpr std::size_t kLongestKey = 60;  // what comes after it is no misspelling
 
 /// Least number of insertions, deletions and substitutions that turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
