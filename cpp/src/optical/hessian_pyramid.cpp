@@ -119,8 +119,9 @@ std::vector<HessianMaximum> HessianPyramid::maxima(double threshold) const {
       const long edge = border(interval + 1) + 1;
       for (long row = std::max(edge, o.top); row < std::min(o.rows - edge, o.bottom); ++row) {
         for (long column = std::max(edge, o.left); column < std::min(o.columns - edge, o.right); ++column) {
-          const double value = at(octave, interval, row, column);
-          if (value >= threshold && is_maximum(octave, interval, row, column)) found.push_back({octave, interval, row, column, value});
+          const double* value = &o.determinant[interval][static_cast<std::size_t>(row * o.columns + column)];
+          if (*value < threshold || *value < value[-1] || *value < value[1]) continue;  // most samples
+          if (is_maximum(octave, interval, row, column)) found.push_back({octave, interval, row, column, *value});
         }
       }
     }

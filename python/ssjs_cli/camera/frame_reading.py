@@ -123,7 +123,7 @@ def _read(path: Path, reader: _core.FrameReader, camera: CameraCalibration) -> _
     rows, columns = frame.shape[:2]
     if (columns, rows) != (camera.width_px, camera.height_px):
         return _Read("size", f"has {columns} x {rows} pixels, and its calibration is of {camera.width_px} x {camera.height_px}")
-    content = hashlib.blake2b(frame.tobytes(), digest_size=16).hexdigest()
+    content = hashlib.sha256(frame.tobytes()).hexdigest()
     features = reader.read(frame)
     if features.left_out is not None:
         return _Read(features.left_out.split(":")[0], f"is {features.left_out}", content)

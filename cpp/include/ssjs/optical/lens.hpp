@@ -45,7 +45,7 @@ class Undistortion {
  private:
   cv::Size size_;
   bool is_identity_;
-  cv::Mat columns_, rows_;  ///< CV_32F: where each pixel of the corrected frame is taken from
+  cv::Mat whole_, fraction_;  ///< where each pixel of the corrected frame is taken from, as cv::remap does it fastest
   cv::Mat valid_;
 };
 
