@@ -75,8 +75,13 @@ void check_calibration(const CameraCalibration& calibration) {
   const auto finite = [](const char* name, double value) {
     if (!std::isfinite(value)) throw InvalidArgument(name, value, "must be finite");
   };
-  finite("centre_x_px", camera.centre_x_px);
-  finite("centre_y_px", camera.centre_y_px);
+  // Of a part cut out of a larger frame the centre may lie outside, but a camera that does not look near its own picture has wrong units.
+  const auto near_frame = [](const char* name, double value, int side_px) {
+    if (!(value >= -side_px && value <= 2.0 * side_px))
+      throw InvalidArgument(name, value, "must lie in the frame, 0 to " + std::to_string(side_px) + ", or less than its side beside it");
+  };
+  near_frame("centre_x_px", camera.centre_x_px, camera.width_px);
+  near_frame("centre_y_px", camera.centre_y_px, camera.height_px);
   finite("skew_px", calibration.skew_px);
   for (const double k : calibration.distortion) finite("distortion", k);
   constexpr int kSides = 16;  // points along every side of the frame, and as many steps from the centre to each

@@ -92,7 +92,8 @@ def read_keypoints(
         if not span_s[0] <= time_s <= span_s[1]:
             kind, reason = "outside", f"was taken at {time_s!r} s, outside the time of the vehicle's attitude"
         if not kind and read.content in seen:
-            kind, reason = "duplicate", f"is a duplicate of {seen[read.content]}"
+            again = seen[read.content] == name
+            kind, reason = "duplicate", "is named twice" if again else f"is a duplicate of {seen[read.content]}"
         seen.setdefault(read.content, name)
         outcomes.append(FrameOutcome(time_s, name, kind, reason, read.regions, 0 if kind else len(read.pixel)))
         if not kind:
