@@ -23,25 +23,25 @@ struct Box {
   long width, height, right = 0, below = 0;
 };
 
-/// sum[k] = (or +=, -=) the box about the pixel `column + k kStep` of the row, for k < count.
-template <int kSign, long kStep>
+/// sum[k] = (or +=, -=) the box about the pixel `column + k Step` of the row, for k < count.
+template <int Sign, long Step>
 void add_boxes(const IntegralImage& image, const Box& box, long row, long column, long count, std::int32_t* sum) {
   const long top = row + box.below - box.height / 2, left = column + box.right - box.width / 2;
   const std::uint32_t *above = image.row(top) + left, *last = image.row(top + box.height) + left;
   const std::uint32_t *above_right = above + box.width, *last_right = last + box.width;
   for (long k = 0; k < count; ++k) {
-    const long c = k * kStep;
+    const long c = k * Step;
     const auto inside = static_cast<std::int32_t>(last_right[c] - last[c] - above_right[c] + above[c]);
-    sum[k] = kSign == 0 ? inside : kSign > 0 ? sum[k] + inside : sum[k] - inside;
+    sum[k] = Sign == 0 ? inside : Sign > 0 ? sum[k] + inside : sum[k] - inside;
   }
 }
 
-template <int kSign>
+template <int Sign>
 void add_boxes(const IntegralImage& image, const Box& box, long row, long column, long step, long count, std::int32_t* sum) {
-  if (step == 2) return add_boxes<kSign, 2>(image, box, row, column, count, sum);
-  if (step == 4) return add_boxes<kSign, 4>(image, box, row, column, count, sum);
-  if (step == 8) return add_boxes<kSign, 8>(image, box, row, column, count, sum);
-  return add_boxes<kSign, 16>(image, box, row, column, count, sum);
+  if (step == 2) return add_boxes<Sign, 2>(image, box, row, column, count, sum);
+  if (step == 4) return add_boxes<Sign, 4>(image, box, row, column, count, sum);
+  if (step == 8) return add_boxes<Sign, 8>(image, box, row, column, count, sum);
+  return add_boxes<Sign, 16>(image, box, row, column, count, sum);
 }
 
 }  // namespace
@@ -91,21 +91,22 @@ void HessianPyramid::fill(const IntegralImage& image, int octave, int interval) 
   const long count = right - left, wide = 2 * lobe - 1;
   if (count <= 0) return;
   for (std::vector<std::int32_t>* row : {&xx_, &yy_, &xy_, &middle_}) row->resize(static_cast<std::size_t>(count));
+  std::int32_t *xx = xx_.data(), *yy = yy_.data(), *xy = xy_.data(), *middle = middle_.data();
   for (long row = top; row < bottom; ++row) {
     const long y = row * o.step, x = left * o.step;
-    add_boxes<0>(image, {3 * lobe, wide}, y, x, o.step, count, xx_.data());
-    add_boxes<0>(image, {lobe, wide}, y, x, o.step, count, middle_.data());
-    for (long k = 0; k < count; ++k) xx_[k] -= 3 * middle_[k];
-    add_boxes<0>(image, {wide, 3 * lobe}, y, x, o.step, count, yy_.data());
-    add_boxes<0>(image, {wide, lobe}, y, x, o.step, count, middle_.data());
-    for (long k = 0; k < count; ++k) yy_[k] -= 3 * middle_[k];
-    add_boxes<0>(image, {lobe, lobe, -apart, apart}, y, x, o.step, count, xy_.data());
-    add_boxes<1>(image, {lobe, lobe, apart, -apart}, y, x, o.step, count, xy_.data());
-    add_boxes<-1>(image, {lobe, lobe, -apart, -apart}, y, x, o.step, count, xy_.data());
-    add_boxes<-1>(image, {lobe, lobe, apart, apart}, y, x, o.step, count, xy_.data());
+    add_boxes<0>(image, {3 * lobe, wide}, y, x, o.step, count, xx);
+    add_boxes<0>(image, {lobe, wide}, y, x, o.step, count, middle);
+    for (long k = 0; k < count; ++k) xx[k] -= 3 * middle[k];
+    add_boxes<0>(image, {wide, 3 * lobe}, y, x, o.step, count, yy);
+    add_boxes<0>(image, {wide, lobe}, y, x, o.step, count, middle);
+    for (long k = 0; k < count; ++k) yy[k] -= 3 * middle[k];
+    add_boxes<0>(image, {lobe, lobe, -apart, apart}, y, x, o.step, count, xy);
+    add_boxes<1>(image, {lobe, lobe, apart, -apart}, y, x, o.step, count, xy);
+    add_boxes<-1>(image, {lobe, lobe, -apart, -apart}, y, x, o.step, count, xy);
+    add_boxes<-1>(image, {lobe, lobe, apart, apart}, y, x, o.step, count, xy);
     double* determinant = o.determinant[interval].data() + row * o.columns + left;
     for (long k = 0; k < count; ++k) {
-      const double Dxx = xx_[k] * one, Dyy = yy_[k] * one, Dxy = xy_[k] * one;
+      const double Dxx = xx[k] * one, Dyy = yy[k] * one, Dxy = xy[k] * one;
       determinant[k] = std::max(Dxx * Dyy - kMixedWeight * Dxy * Dxy, 0.0);
     }
   }

@@ -15,7 +15,7 @@ namespace ssjs {
 /// Sums over the pixels of rectangles of a frame.
 class IntegralImage {
  public:
-  using value_type = long;
+  using value_type = long;  // NOLINT(readability-identifier-naming): dlib's name
 
   /// frame: CV_8U, one channel.
   void load(const cv::Mat& frame);
