@@ -69,6 +69,13 @@ def test_without_a_scale_lengths_are_widths_of_a_frame(cli: Callable[..., Any], 
     assert "widths" in (tmp_path / "run" / "report.html").read_text()
 
 
+def test_maps_side_by_side_have_no_metres_without_a_scale(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
+    without = ("--set", "frames.metres_per_px=none")
+    assert cli("compare", mission, "--out", tmp_path / "both", "--methods", "ssjs,ekf", *without).code == 0
+    page = next((tmp_path / "both").glob("*.html")).read_text()
+    assert "x [frame widths]" in page and "x [m]" not in page and "%{y:.2f} m" not in page
+
+
 def test_points_of_the_mosaic_as_landmarks(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
     options = ["--set", "frames.landmarks=mosaic-points", "--set", "frames.mosaic_points=300"]
@@ -93,6 +100,18 @@ def test_bad_frames_are_named_and_none_is_fatal(cli: Callable[..., Any], mission
         assert f"{name}.png" in lost and reason in lost
     kept = [number for number in range(18) if number not in (3, 5, 12, 15, 17)]
     assert position_errors(tmp_path / "run", kept).max() < 0.4
+
+
+def test_the_size_of_most_frames_counts_not_that_of_the_first(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
+    from PIL import Image
+
+    with Image.open(mission / "frames" / "f00.png") as picture:
+        small = picture.resize((120, 90))
+    small.save(mission / "frames" / "f00.png")
+    assert cli("run", mission, "--out", tmp_path / "run").code == 3
+    assert summary_of(tmp_path / "run")["frames_used"] == 17
+    (lost,) = [text for text in summary_of(tmp_path / "run")["lost"] if "frames were left out" in text]
+    assert "f00.png has 120 x 90 pixels, and most have 240 x 180" in lost
 
 
 def test_the_longer_part_of_a_mission_with_a_pause_is_used(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
