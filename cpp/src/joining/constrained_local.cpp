@@ -66,7 +66,8 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
     Y_b.middleCols<2>(2 * i) += J * P_frame.middleRows<2>(of_a).transpose();
     Cx.segment<2>(2 * i) = x_a.segment<2>(of_a) - x_b.segment<2>(partners + 2 * i);
   }
-  Eigen::MatrixXd S = -Y_b.bottomRows(2 * n_pairs);
+  Eigen::MatrixXd S(2 * n_pairs, 2 * n_pairs);
+  if (n_pairs > 0) S = -Y_b.bottomRows(2 * n_pairs);  // a matrix without columns has no address to count rows from
   for (Eigen::Index i = 0; i < n_pairs; ++i) {
     S.middleRows<2>(2 * i) += Y_a.middleRows<2>(a.landmark_offset(pairs[static_cast<std::size_t>(i)].prediction));
   }
@@ -92,7 +93,7 @@ Fusion project(const LiveMap& a, const LiveMap& b, const std::vector<Pair>& pair
   map.mean << x_a.head(poses), x_b.head<3>(), x_a.tail(n_landmarks), x_b.segment(3, n_new);
   for (Eigen::Index row = 2; row < poses + 3; row += 3) map.mean(row) = wrap_angle(map.mean(row));
   Eigen::MatrixXd Y(map.mean.size(), 2 * n_pairs);
-  Y << Y_a.topRows(poses), Y_b.topRows<3>(), Y_a.bottomRows(n_landmarks), Y_b.middleRows(3, n_new);
+  if (n_pairs > 0) Y << Y_a.topRows(poses), Y_b.topRows<3>(), Y_a.bottomRows(n_landmarks), Y_b.middleRows(3, n_new);
   Eigen::MatrixXd& P = map.covariance;  // lower triangle
   P.resize(map.mean.size(), map.mean.size());
   P.topLeftCorner(poses, poses) = a.covariance.topLeftCorner(poses, poses);
