@@ -4,17 +4,20 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
+#include <cstdlib>
 #include <limits>
 #include <locale>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "ssjs/base/error.hpp"
 
 namespace ssjs {
 namespace {
 
-constexpr std::size_t kLongestKey = 80;  // what comes after it is no misspelling
+constexpr std::size_t kLongestKey = 60;  // what comes after it is no misspelling
 
 /// Least number of insertions, deletions and substitutions that turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -29,6 +32,17 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     }
   }
   return row.back();
+}
+
+/// What the edit distance is at least: an edit changes, adds or takes away one character, wherever it stands ("bag distance").
+std::size_t least_edit_distance(std::string_view a, std::string_view b) {
+  std::array<std::ptrdiff_t, 256> surplus{};
+  for (const char each : a) ++surplus[static_cast<unsigned char>(each)];
+  for (const char each : b) --surplus[static_cast<unsigned char>(each)];
+  std::ptrdiff_t only_a = 0;
+  std::ptrdiff_t only_b = 0;
+  for (const std::ptrdiff_t each : surplus) (each > 0 ? only_a : only_b) += std::abs(each);
+  return static_cast<std::size_t>(std::max(only_a, only_b));
 }
 
 }  // namespace
@@ -90,15 +104,17 @@ void FieldSetter::check_choice(const std::vector<std::string>& names) const {
 void FieldSetter::finish() const {
   if (found_) return;
   const std::string_view asked = std::string_view(key_).substr(0, kLongestKey);
-  std::string nearest;
-  std::size_t least = std::numeric_limits<std::size_t>::max();
-  for (const std::string& key : keys_) {
-    const std::size_t distance = edit_distance(asked, key);
-    if (distance >= least) continue;
-    least = distance;
-    nearest = "; the nearest is " + key;
+  // The most promising first: what follows the one whose bound is above the least distance so far is no nearer.
+  std::vector<std::pair<std::size_t, std::size_t>> promising;  // bound, index
+  for (std::size_t i = 0; i < keys_.size(); ++i) promising.emplace_back(least_edit_distance(asked, keys_[i]), i);
+  std::sort(promising.begin(), promising.end());
+  std::pair<std::size_t, std::size_t> nearest(std::numeric_limits<std::size_t>::max(), 0);  // distance, index
+  for (const auto& candidate : promising) {
+    if (candidate > nearest) break;
+    nearest = std::min(nearest, {edit_distance(asked, keys_[candidate.second]), candidate.second});
   }
-  throw InvalidArgument("setting", key_, "is not known" + nearest);
+  const std::string hint = keys_.empty() ? "" : "; the nearest is " + keys_[nearest.second];
+  throw InvalidArgument("setting", key_, "is not known" + hint);
 }
 
 std::string FieldLister::text_of(double value) {

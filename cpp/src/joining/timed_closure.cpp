@@ -6,11 +6,13 @@
 
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/error.hpp"
+#include "ssjs/geometry/measurement_noise.hpp"
 
 namespace ssjs {
 namespace {
 
-constexpr double kMaxGap_s = 5.0;  // between remembered steps, for a straight line between them
+constexpr double kFarthest_m = 1e7;  // of one place from another on the earth
+constexpr double kMaxGap_s = 5.0;    // between remembered steps, for a straight line between them
 
 struct TimedPose {
   double time_s;
@@ -55,8 +57,15 @@ void check(const TimedClosure& closure) {
   if (!(closure.to_time_s > closure.from_time_s) || !std::isfinite(closure.from_time_s) || !std::isfinite(closure.to_time_s)) {
     throw InvalidArgument("closure.to_time_s", closure.to_time_s, "must be later than from_time_s");
   }
-  if (!closure.from_T_to.mean.vector().allFinite()) throw InvalidArgument("closure.from_T_to", "not finite", "the pose must be");
-  static_cast<void>(cholesky_lower(closure.from_T_to.covariance, "covariance of a loop closure", "from_T_to"));
+  const Eigen::Vector3d pose = closure.from_T_to.mean.vector();
+  if (!pose.allFinite()) throw InvalidArgument("closure.from_T_to", "not finite", "the pose must be");
+  if (const double far_m = pose.head<2>().norm(); far_m > kFarthest_m) {
+    throw InvalidArgument("closure.from_T_to", far_m, "must be a pose within 10,000 km");
+  }
+  if (!is_measurement_noise(closure.from_T_to.covariance)) {
+    throw InvalidArgument("closure.from_T_to", "its covariance",
+                          "must be symmetric and positive definite, of standard deviations that a sensor may have");
+  }
 }
 
 std::optional<Closure> between_bases(const TimedClosure& closure, const std::deque<PortMap>& maps) {

@@ -322,8 +322,7 @@ SurveyStatus OnlineSurvey::status() const {
   return status;
 }
 
-void OnlineSurvey::finish() {
-  if (finished_) return;
+void OnlineSurvey::finish_once() {
   while (const NavigationTick* const due = window_.take(true)) step(*due);
   if (background_.has_job()) take_over();
   finished_ = true;
@@ -340,6 +339,10 @@ void OnlineSurvey::finish() {
       fail_to_join(problem.what());
     }
   }
+}
+
+void OnlineSurvey::finish() {
+  if (!finished_) finish_once();
   if (!join_failure_.empty()) throw Error("the submaps could not be joined: " + join_failure_);
 }
 

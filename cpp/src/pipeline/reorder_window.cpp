@@ -1,27 +1,20 @@
 #include "ssjs/pipeline/reorder_window.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/geometry/measurement_noise.hpp"
 
 namespace ssjs {
 namespace {
 
-/// Of anything else the filter would make a state that is known better than perfectly.
-template <class Matrix>
-bool is_covariance(const Matrix& R) {
-  const bool symmetric = (R - R.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * R.cwiseAbs().maxCoeff();  // false where it is not finite
-  return symmetric && R.llt().info() == Eigen::Success;
-}
-
-bool is_usable(const PositionFix& fix) { return fix.world_p_vehicle.allFinite() && is_covariance(fix.covariance); }
+bool is_usable(const PositionFix& fix) { return fix.world_p_vehicle.allFinite() && is_measurement_noise(fix.covariance); }
 
 bool is_usable(const SideScanSighting& sighting) {
-  return sighting.vehicle_p_point.allFinite() && (!sighting.covariance || is_covariance(*sighting.covariance));
+  return sighting.vehicle_p_point.allFinite() && (!sighting.covariance || is_measurement_noise(*sighting.covariance));
 }
 
 constexpr std::size_t kSightingsExpected = 4;  // of one time; more is a one-time growth

@@ -32,7 +32,8 @@ def write_camera(
     if mission.frames is not None:
         used = [(outcome.time_s, outcome.file) for outcome in outcomes if not outcome.kind]
         altitude = None if mission.navigation is None else mission.navigation.altitude
-        write_camera_pictures(directory, mission.frames, used, numbers["frames_with_region"], estimate.final, altitude, result, settings)
+        with_region, ids = numbers["frames_with_region"], estimate.landmarks.ids
+        write_camera_pictures(directory, mission.frames, used, with_region, estimate.final, altitude, result, settings, ids)
     return {**numbers, **landmark_numbers(mission, result, settings)}
 
 

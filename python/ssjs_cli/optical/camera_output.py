@@ -13,9 +13,11 @@ from ssjs_cli.config import Scalar, mosaic_values
 from ssjs_cli.formats.frame_image import decoded, frame_bytes
 from ssjs_cli.formats.frames import FrameIndex
 from ssjs_cli.formats.navigation import Scalars
+from ssjs_cli.formats.number_table import IntArray
 from ssjs_cli.formats.run_directory import PICTURES_FOLDER
 from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.optical.keyframes import Keyframe, keyframes, middles
+from ssjs_cli.optical.landmark_patches import Looks, patch_sheet
 from ssjs_cli.optical.match_pictures import shown_links
 from ssjs_cli.optical.mosaic_picture import draw_mosaic
 from ssjs_cli.optical.picture_index import PictureIndex
@@ -38,9 +40,10 @@ def write_camera_pictures(
     altitude: Scalars | None,
     result: Mapping[str, Any],
     settings: Mapping[str, Scalar],
+    landmark_ids: IntArray | None = None,
 ) -> None:
     """used: time and file of every frame that was read; track: the final one; settings: of the run, of which those of the camera's
-    mounting, [frames] and [mosaic] are looked at."""
+    mounting, [frames] and [mosaic] are looked at; landmark_ids: of the landmarks of the result, their numbers in landmarks.csv."""
     if frames.calibration is None or not used:
         return
     calibration = asdict(frames.calibration)
@@ -62,8 +65,26 @@ def write_camera_pictures(
     for time_s, rows in sightings_by_time(result.get("frame_sightings"), files, MAX_SIGHTING_PICTURES):
         picture = sighting_picture(reader.corrected(decoded(frame_bytes(files[time_s]))), rows)
         index.add_sighting(picture, files[time_s].name, len(rows["measured_px"]))
+    looks = _looks(result, used, landmark_ids)
+    size_px = (calibration["width_px"], calibration["height_px"])
+    sheet = patch_sheet(looks, size_px, lambda number: reader.corrected(decoded(frame_bytes(frames.folder / used[number][1]))))
+    if sheet is not None:
+        index.add_landmarks(sheet, lambda number: used[number][1])
     index.frames(given=len(frames.files), used=len(used), with_region=with_region)
     index.write()
+
+
+def _looks(result: Mapping[str, Any], used: Sequence[tuple[float, str]], landmark_ids: IntArray | None) -> Looks:
+    """A landmark that the estimator found to be known twice has several tracks."""
+    sightings = result.get("frame_sightings")
+    if landmark_ids is None or sightings is None:
+        return Looks(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 2)))
+    tracks = zip(landmark_ids.tolist(), result["landmarks"]["tracks"], strict=True)
+    landmark_of_track = {track: number for number, own in tracks for track in own}
+    landmark = np.array([landmark_of_track.get(track, -1) for track in np.asarray(sightings["landmark"]).tolist()], dtype=np.int64)
+    frame = np.searchsorted([time_s for time_s, _ in used], np.asarray(sightings["time_s"]), side="right") - 1
+    rows = landmark >= 0
+    return Looks(landmark[rows], frame[rows], np.asarray(sightings["measured_px"])[rows])
 
 
 def _add_matches(index: PictureIndex, chosen: list[Keyframe], calibration: dict[str, Any]) -> None:

@@ -1,11 +1,13 @@
 """The pictures that a run of a camera mission leaves for its report, with one description of all."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ssjs_cli.formats.frame_image import Frame
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import PICTURES_INDEX_FILE, json_text
+from ssjs_cli.optical.landmark_patches import PART_OF_WIDTH, SIDE_PX, PatchSheet
 from ssjs_cli.optical.match_pictures import match_picture
 from ssjs_cli.optical.mosaic_picture import Mosaic
 
@@ -48,6 +50,20 @@ class PictureIndex:
         name = f"sightings_{len(self._entries['sightings']) + 1}.jpg"
         picture.save(self._folder / name, quality=QUALITY)
         self._entries["sightings"].append({"picture": name, "frame": frame, "sightings": sightings})
+
+    def add_landmarks(self, sheet: PatchSheet, names: Callable[[int], str]) -> None:
+        """names: the file of a frame by its number."""
+        from PIL import Image
+
+        Image.fromarray(sheet.picture).save(self._folder / "landmarks.jpg", quality=QUALITY)
+        (self._folder / "landmarks.csv").write_text(sheet.table(names), encoding="utf-8")
+        self._entries["landmarks"] = {
+            "picture": "landmarks.jpg",
+            "table": "landmarks.csv",
+            "side_px": SIDE_PX,
+            "part_of_width": PART_OF_WIDTH,
+            "count": len(sheet.looks.landmark),
+        }
 
     def frames(self, *, given: int, used: int, with_region: int) -> None:
         self._entries["frames"] = {"given": given, "used": used, "with_region": with_region}

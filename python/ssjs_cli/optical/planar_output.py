@@ -10,6 +10,7 @@ from ssjs_cli.formats.frame_image import Frame
 from ssjs_cli.formats.number_table import FloatArray
 from ssjs_cli.formats.run_directory import PICTURES_FOLDER, Estimate
 from ssjs_cli.optical.frame_settings import FrameSettings
+from ssjs_cli.optical.landmark_patches import Looks, patch_sheet
 from ssjs_cli.optical.match_pictures import shown_links
 from ssjs_cli.optical.mosaic_picture import draw_mosaic
 from ssjs_cli.optical.picture_index import PictureIndex
@@ -36,6 +37,12 @@ def write_planar_survey(directory: Path, survey: PlanarSurvey, settings: FrameSe
             (positions[first][rows[:, 0]], positions[second][rows[:, 1]]),
             seconds_apart=float(survey.frames.time_s[second] - survey.frames.time_s[first]),
         )
+    if estimate.landmarks.ids_are_of_source:
+        sheet = patch_sheet(
+            _looks(survey, estimate), survey.frames.size_px, lambda number: reader.corrected(survey.frames.pixels_of(number))
+        )
+        if sheet is not None:
+            index.add_landmarks(sheet, lambda number: survey.frames.paths[number].name)
     index.frames(given=survey.frames.given, used=len(survey.frames.paths), with_region=survey.frames.with_region)
     index.write()
     lens = None if survey.lens is None else list(survey.lens["distortion"])
@@ -52,6 +59,15 @@ def write_planar_survey(directory: Path, survey: PlanarSurvey, settings: FrameSe
         "lens_distortion": lens,
         "lens_estimated": survey.lens_is_estimated,
     }
+
+
+def _looks(survey: PlanarSurvey, estimate: Estimate) -> Looks:
+    """Of the landmarks on the map."""
+    landmark = np.concatenate([identity for _, _, identity in survey.seen])
+    frame = np.concatenate([np.full(len(identity), number, dtype=np.int64) for number, _, identity in survey.seen])
+    pixel = np.concatenate([pixel for _, pixel, _ in survey.seen])
+    rows = np.isin(landmark, estimate.landmarks.ids)
+    return Looks(landmark[rows], frame[rows], pixel[rows])
 
 
 def _poses(estimate: Estimate, time_s: FloatArray) -> FloatArray:

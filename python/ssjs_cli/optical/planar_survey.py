@@ -25,7 +25,7 @@ Estimator = Callable[[Any], Mapping[str, Any]]
 @dataclass
 class PlanarSurvey:
     """links: (earlier, later) -> registration, of frames with their lens taken out; pixel_length (n,): of each frame on the ground;
-    observations: what the estimator was fed, by frame."""
+    seen: what was seen of the landmarks, the number of a frame with pixels and identities."""
 
     frames: UsableFrames
     lens: dict[str, Any] | None
@@ -35,6 +35,7 @@ class PlanarSurvey:
     pixel_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     registered: list[bool] = field(default_factory=list)
     landmarks: int = 0
+    seen: list[tuple[int, FloatArray, IntArray]] = field(default_factory=list)
     rounds: int = 0
 
     @property
@@ -189,11 +190,13 @@ def _build_log(survey: PlanarSurvey, settings: FrameSettings, mosaic_pose: Float
     columns = [np.ascontiguousarray(column) for column in motion.T]
     survey.log.add_increments(survey.frames.time_s[1:], *columns, increments["covariance"])
     if mosaic_pose is None:
-        seen = [(number, positions[number][np.isin(rows, chosen)], rows[np.isin(rows, chosen)]) for number, rows in enumerate(tracks)]
+        survey.seen = [
+            (number, positions[number][np.isin(rows, chosen)], rows[np.isin(rows, chosen)]) for number, rows in enumerate(tracks)
+        ]
     else:
-        seen = _mosaic_points(survey, settings, mosaic_pose, seed)
-        survey.landmarks = len(np.unique(np.concatenate([ids for _, _, ids in seen])))
-    _add_sightings(survey, settings, seen)
+        survey.seen = _mosaic_points(survey, settings, mosaic_pose, seed)
+        survey.landmarks = len(np.unique(np.concatenate([ids for _, _, ids in survey.seen])))
+    _add_sightings(survey, settings)
 
 
 def _mosaic_points(survey: PlanarSurvey, settings: FrameSettings, pose: FloatArray, seed: int) -> list[tuple[int, FloatArray, IntArray]]:
@@ -203,13 +206,13 @@ def _mosaic_points(survey: PlanarSurvey, settings: FrameSettings, pose: FloatArr
     return [(n, table["pixel"][table["frame"] == n], table["point"][table["frame"] == n]) for n in range(len(pose))]
 
 
-def _add_sightings(survey: PlanarSurvey, settings: FrameSettings, seen: list[tuple[int, FloatArray, IntArray]]) -> None:
+def _add_sightings(survey: PlanarSurvey, settings: FrameSettings) -> None:
     """Pixels as ranges and bearings from the middle of the frame; near it a bearing says nothing, and the point is left out."""
     width_px, height_px = survey.frames.size_px
     middle = np.array([(width_px - 1) / 2, (height_px - 1) / 2])
     columns: list[FloatArray] = []
     ids: list[IntArray] = []
-    for number, pixel, identity in seen:
+    for number, pixel, identity in survey.seen:
         offset = pixel - middle
         range_px = np.hypot(offset[:, 0], offset[:, 1])
         kept = range_px > float(settings.own("least_range")) * width_px

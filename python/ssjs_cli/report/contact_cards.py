@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ssjs_cli.report.number_text import count_text
 from ssjs_cli.report.picture_data import jpeg_url
-from ssjs_cli.report.sheet import Sheet, sheet
+from ssjs_cli.report.sheet import NAME, Sheet, sheet
 from ssjs_cli.report.survey_files import SurveyFiles
 
 #: Cards with a picture; so many of them are some 4 MB.
@@ -36,7 +36,7 @@ class ContactSheet:
 
 #: column, heading, decimals; the columns of a run that has them
 TABLE = (
-    ("id", "contact", 0),
+    ("id", "contact", NAME),
     ("latitude_deg", "latitude [°]", 6),
     ("longitude_deg", "longitude [°]", 6),
     ("x_m", "x [m]", 2),
@@ -84,7 +84,8 @@ def contact_sheet(survey: SurveyFiles) -> ContactSheet | None:
     if cards and without:
         notes.append(f"{count_text(without)} contacts have no picture: no sighting lies near enough to them on the final track.")
     table_rows = [
-        {key: row.get(key) if decimals is None else _of_run(survey, row, key) for key, _, decimals in TABLE} for row in ordered[:MAX_ROWS]
+        {key: (row.get(key) or None) if decimals is None else _of_run(survey, row, key) for key, _, decimals in TABLE}
+        for row in ordered[:MAX_ROWS]
     ]
     columns = [(key, heading, decimals, 1.0) for key, heading, decimals in TABLE]
     table_note = f"The first {count_text(MAX_ROWS)} of {count_text(len(rows))}." if len(rows) > MAX_ROWS else ""

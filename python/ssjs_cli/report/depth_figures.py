@@ -6,7 +6,7 @@ import numpy as np
 
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.error_figures import SPANS, Drawing
-from ssjs_cli.report.figure_style import Figure, FloatArray, Trace, listed, with_gaps
+from ssjs_cli.report.figure_style import Figure, FloatArray, Trace, listed, marker_size, with_gaps
 from ssjs_cli.report.map_figure import MapAxes, SubmapColours
 from ssjs_cli.report.number_text import count_text, metres_text
 from ssjs_cli.report.result_files import Landmarks, RunFiles
@@ -19,6 +19,9 @@ SEABED_FILL = "rgba(140,109,70,0.16)"
 ALTITUDE = "#00859c"
 MAX_SEABED_DOTS = 1500
 MAX_LANDMARKS = 3000
+#: So many times deeper than the seabed lies below the vehicle, the water above is left out of the picture.
+DEEP_SHARE = 4.0
+SURFACE_LEFT_OUT = "Depth does not begin at the surface."
 
 
 def depth_profile(files: RunFiles) -> Drawing | None:
@@ -34,13 +37,13 @@ def depth_profile(files: RunFiles) -> Drawing | None:
     if altitudes is not None:
         seabed_m = seabed_depth(files, altitudes)
         deepest_m = max(deepest_m, float(np.quantile(seabed_m, 0.999)))
-        floor_m = 1.04 * deepest_m + 0.5
+        floor_m = _floor_m(track.depth, deepest_m)
         traces += _seabed(altitudes.time_s, seabed_m, floor_m)
         shallow_m, deep_m = (metres_text(float(np.quantile(seabed_m, share))) for share in (0.001, 0.999))
         usual_m = metres_text(float(np.median(altitudes.altitude_m)))
         notes.append(f"Seabed (the vehicle's depth and its altitude together) between {shallow_m} and {deep_m}; median altitude {usual_m}.")
-    floor_m = 1.04 * deepest_m + 0.5
-    top_m = min(float(track.depth.min()) - 0.04 * deepest_m - 0.2, 0.0)
+    top_m = _top_m(track.depth, deepest_m, 0.04 * deepest_m + 0.2)
+    notes += [SURFACE_LEFT_OUT] if top_m > 0.0 else []
     traces.append(
         _curve(track.time_s, track.depth, "vehicle", style.FINAL, 1.6, hovertemplate="vehicle %{y:.2f} m deep at %{x:.0f} s<extra></extra>")
     )
@@ -53,7 +56,9 @@ def depth_profile(files: RunFiles) -> Drawing | None:
     layout = style.layout(
         430 if both else 300,
         xaxis=style.axis("time [s]", range=end_s, anchor="y2" if both else "y"),
-        yaxis=style.axis("depth [m]", range=[round(floor_m, 2), round(top_m, 2)], domain=[0.36, 1.0] if both else [0.0, 1.0]),
+        yaxis=style.axis(
+            "depth [m]", range=[round(_floor_m(track.depth, deepest_m), 2), round(top_m, 2)], domain=[0.36, 1.0] if both else [0.0, 1.0]
+        ),
     )
     if altitudes is not None:
         highest_m = float(np.quantile(altitudes.altitude_m, 0.999))
@@ -93,17 +98,29 @@ def side_view(files: RunFiles, axes: MapAxes, colours: SubmapColours, height_px:
         traces += _landmarks(files.landmarks, colours, along)
         deepest_m = max(deepest_m, float(np.quantile(files.landmarks.depth, 0.98)))
     name = html.escape(axes.names[along])
-    top_m = min(0.0, float(track.depth.min()) - 0.2)
+    top_m = _top_m(track.depth, deepest_m, 0.2)
     figure: Figure = {
         "data": traces,
         "layout": style.layout(
             height_px,
             margin={"l": 56, "r": 12, "t": 30, "b": 48},
             xaxis=style.axis(f"{name} [m]"),
-            yaxis=style.axis("depth [m]", range=[round(1.06 * deepest_m + 0.3, 2), round(top_m, 2)]),
+            yaxis=style.axis("depth [m]", range=[round(deepest_m + 0.06 * (deepest_m - max(top_m, 0.0)) + 0.3, 2), round(top_m, 2)]),
         ),
     }
-    return Drawing(figure, ["Depth is drawn larger than length."])
+    return Drawing(figure, ["Depth is drawn larger than length.", *([SURFACE_LEFT_OUT] if top_m > 0.0 else [])])
+
+
+def _floor_m(depth_m: FloatArray, deepest_m: float) -> float:
+    """Where it ends."""
+    return deepest_m + 0.04 * (deepest_m - max(_top_m(depth_m, deepest_m, 0.0), 0.0)) + 0.5
+
+
+def _top_m(depth_m: FloatArray, deepest_m: float, margin_m: float) -> float:
+    """Where the depth axis begins: at the surface, or, of a vehicle deep down and near to the seabed, a little above it."""
+    highest_m = float(depth_m.min())
+    span_m = deepest_m - highest_m
+    return highest_m - 0.1 * span_m - 0.2 if highest_m > DEEP_SHARE * span_m > 0.0 else min(highest_m - margin_m, 0.0)
 
 
 def _seabed(time_s: FloatArray, seabed_m: FloatArray, floor_m: float) -> list[Trace]:
@@ -138,5 +155,5 @@ def _landmarks(landmarks: Landmarks, colours: SubmapColours, along: int) -> list
     return [{
         "type": "scatter", "mode": "markers", "name": "landmarks", "x": listed(landmarks.position[rows, along], 2),
         "y": listed(landmarks.depth[rows], 2), "text": text, "hovertemplate": "%{text}<br>%{y:.2f} m deep<extra></extra>",
-        "marker": {"color": colour, "size": 6, "symbol": "diamond", "line": {"color": "#ffffff", "width": 0.7}},
+        "marker": {"color": colour, "size": marker_size(len(rows), 6.0), "symbol": "diamond", "line": {"color": "#ffffff", "width": 0.7}},
     }]  # fmt: skip

@@ -98,3 +98,8 @@ def with_gaps(time_s: FloatArray, value: FloatArray, rows: IndexArray) -> tuple[
     gaps_before = np.cumsum(interval_s > max(20.0 * float(np.median(interval_s[1:])), 2.0))
     breaks = np.flatnonzero(np.diff(gaps_before[rows])) + 1
     return np.insert(time_s[rows], breaks, np.nan), np.insert(value[rows], breaks, np.nan)
+
+
+def marker_size(count: int, usual: float) -> float:
+    """Of marks on a figure: thousands of them are drawn smaller, or they hide each other."""
+    return usual if count <= 300 else round(0.55 * usual, 2)

@@ -72,6 +72,9 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Format, str], ...]], ...] = (
             ("map_error_mean_m", "map error mean", metres_text, NO_REFERENCE),
             ("map_error_std_m", "map error standard deviation", metres_text, NO_REFERENCE),
             ("map_error_max_m", "map error largest", metres_text, NO_REFERENCE),
+            ("landmark_error_rms_m", "landmarks against the ground they show, RMS", metres_text, NO_REFERENCE),
+            ("landmark_error_median_m", "the same, median", metres_text, NO_REFERENCE),
+            ("landmark_error_max_m", "the same, largest", metres_text, NO_REFERENCE),
             ("landmarks_missed", "landmarks missed", count_text, NO_REFERENCE),
             ("landmarks_false", "landmarks false", count_text, NO_REFERENCE),
         ),
@@ -119,6 +122,11 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Format, str], ...]], ...] = (
     ),
 )
 
+#: Of some missions only: shown where the summary has them.
+SOMETIMES = ("landmark_error_rms_m", "landmark_error_median_m", "landmark_error_max_m")
+#: What is done before the estimator begins: key of timing.json's parts, and what it is.
+BEFORE_TEXTS = (("detect_s", "finding contacts"), ("frames_s", "reading frames"), ("register_s", "registering frames"))
+
 
 def measured(summary: dict[str, Any], key: str) -> float | None:
     """A time of exactly nothing is that of a part that no clock was put to; it lies in that of the others."""
@@ -131,6 +139,8 @@ def number_groups(summary: dict[str, Any]) -> list[Group]:
     for title, rows in GROUPS:
         entries = []
         for key, label, text, absent in rows:
+            if key in SOMETIMES and key not in summary:
+                continue
             value = measured(summary, key)
             entries.append(Entry(label, absent if value is None else text(value), key))
         if title == "Accuracy":
@@ -150,7 +160,8 @@ def _joined(summary: dict[str, Any], parts: tuple[tuple[str, str, Format], ...])
     return " · ".join(texts)
 
 
-def cards(summary: dict[str, Any], duration_s: float | None) -> list[Card]:
+def cards(summary: dict[str, Any], duration_s: float | None, timing: dict[str, Any] | None = None) -> list[Card]:
+    """timing: timing.json, where it is there."""
     return [
         _trajectory_card(summary),
         _map_error_card(summary),
@@ -165,7 +176,7 @@ def cards(summary: dict[str, Any], duration_s: float | None) -> list[Card]:
             (("loop_candidates", "of {} map pairs tested", count_text), ("wrong_pairs", "{} wrong pairs", count_text)),
         ),
         _step_card(summary),
-        _total_card(summary, duration_s),
+        _total_card(summary, duration_s, timing),
     ]  # fmt: skip
 
 
@@ -180,6 +191,11 @@ def _trajectory_card(summary: dict[str, Any]) -> Card:
 
 
 def _map_error_card(summary: dict[str, Any]) -> Card:
+    seen_m = finite_number(summary.get("landmark_error_rms_m"))
+    if seen_m is not None:  # what a keypoint shows has no name in the world: its truth is the place that was seen
+        parts = (("landmark_error_median_m", "median {}", metres_text), ("landmark_error_max_m", "largest {}", metres_text))
+        compared = _joined(summary, (("landmarks_compared", "{} landmarks against the ground they show", count_text),))
+        return _card("Map error, RMS", seen_m, metres_text, [_joined(summary, parts), compared], NO_REFERENCE)
     lines = [
         _joined(summary, (("map_error_std_m", "σ {}", metres_text), ("map_error_max_m", "largest {}", metres_text))),
         _joined(summary, (("landmarks_missed", "{} missed", count_text), ("landmarks_false", "{} false", count_text))),
@@ -206,11 +222,14 @@ def _step_card(summary: dict[str, Any]) -> Card:
     return _card("Time per step, median", finite_number(summary.get("step_time_p50_us")), _microseconds_text, lines, NOT_RECORDED)
 
 
-def _total_card(summary: dict[str, Any], duration_s: float | None) -> Card:
+def _total_card(summary: dict[str, Any], duration_s: float | None, timing: dict[str, Any] | None) -> Card:
     total_s = finite_number(summary.get("time_total_s"))
     lines = []
     if total_s and duration_s:
         lines.append(f"for a mission of {seconds_text(duration_s)}: {duration_s / total_s:,.0f} × real time")
+    parts = (timing or {}).get("parts")
+    before = [(text, finite_number(parts.get(key))) for key, text in BEFORE_TEXTS] if isinstance(parts, dict) else []
+    lines += [f"{text} before it: {seconds_text(value)}" for text, value in before if value is not None]
     lines.append(_joined(summary, (("peak_rss_mb", "largest memory {}", _megabytes_text),)))
     return _card("Computing time", total_s, seconds_text, lines, NOT_RECORDED)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.figure_style import Figure, Trace, listed
 from ssjs_cli.report.frame_files import PlacedMosaic
-from ssjs_cli.report.number_text import count_text, finite_number, metres_text
+from ssjs_cli.report.number_text import count_text, finite_number, length_text
 from ssjs_cli.report.picture_data import jpeg_url
 from ssjs_cli.report.planar_shapes import convex_hull, ellipse_axes, ellipse_outlines
 from ssjs_cli.report.result_files import Landmarks, RunFiles, Track
@@ -56,6 +56,16 @@ class MapAxes:
             north_up=first.lower().startswith("north") or "starboard" in second.lower(),
             unit=str(summary.get("length_unit") or "m"),
         )
+
+    @property
+    def short_names(self) -> tuple[str, str]:
+        """Without what explains them: "x, ahead at the start" is x."""
+        return self.names[0].split(",")[0], self.names[1].split(",")[0]
+
+    @property
+    def short_unit(self) -> str:
+        """For the head of a column: of "frame widths" the widths."""
+        return self.unit.split()[-1]
 
     def drawn(self, points: FloatArray) -> FloatArray:
         """World points (..., 2) as (across, up)."""
@@ -151,8 +161,7 @@ def draw_map(files: RunFiles, axes: MapAxes, colours: SubmapColours) -> MapDrawi
             painter.notes.append("Dead reckoning leaves the picture: double-click the map to fit everything, and again to come back.")
     if axes.unit != "m":
         painter.notes.append(
-            f"How long a pixel is on the ground is not known (frames.metres_per_px): lengths on this page are {axes.unit}, "
-            "also where they say m."
+            f"How long a pixel is on the ground is not known (frames.metres_per_px): lengths on this page are {axes.unit}."
         )
     if painter.simplified:
         said = "; ".join(painter.simplified)
@@ -195,8 +204,16 @@ class _Painter:
             self.traces.append({**trace, "visible": visible, "showlegend": False})
         self.layers.append(Layer(key, label, colour, symbol, list(range(first, len(self.traces))), visible))
 
-    def _note_line(self, label: str, drawn: int, count: int, deviation_m: float) -> None:
-        self.simplified.append(f"{label.lower()} {count_text(drawn)} of {count_text(count)} points, within {metres_text(deviation_m)}")
+    @property
+    def _place(self) -> str:
+        """Where the mouse is, for a text of plotly's."""
+        unit = html.escape(self.axes.unit)
+        return f"%{{x:.2f}} {unit}, %{{y:.2f}} {unit}"
+
+    def _note_line(self, label: str, drawn: int, count: int, deviation: float) -> None:
+        self.simplified.append(
+            f"{label.lower()} {count_text(drawn)} of {count_text(count)} points, within {length_text(deviation, self.axes.unit)}"
+        )
 
     def mosaic(self, mosaic: PlacedMosaic) -> None:
         """Under everything. Plotly draws the rows of a picture in the direction of the axis: upwards."""
@@ -220,7 +237,7 @@ class _Painter:
             "x": listed(points[chosen, 0], 3), "y": listed(points[chosen, 1], 3),
             "line": {"color": colour, **line},
             "customdata": listed(track.time_s[chosen], 2),
-            "hovertemplate": f"{label}<br>t = %{{customdata:.1f}} s<br>%{{x:.2f}} m, %{{y:.2f}} m<extra></extra>",
+            "hovertemplate": f"{label}<br>t = %{{customdata:.1f}} s<br>{self._place}<extra></extra>",
         }])  # fmt: skip
         if len(chosen) < len(points):
             self._note_line(label, len(chosen), len(points), kept.deviation)
@@ -246,7 +263,7 @@ class _Painter:
             "type": "scatter", "name": "Reference", **mark,
             "x": listed(points[chosen, 0], 3), "y": listed(points[chosen, 1], 3),
             "customdata": listed(time_s[chosen], 2),
-            "hovertemplate": "Reference<br>t = %{customdata:.1f} s<br>%{x:.2f} m, %{y:.2f} m<extra></extra>",
+            "hovertemplate": f"Reference<br>t = %{{customdata:.1f}} s<br>{self._place}<extra></extra>",
         }])  # fmt: skip
 
     def landmarks(self, landmarks: Landmarks | None) -> None:
@@ -283,8 +300,8 @@ class _Painter:
                 "customdata": [
                     [int(landmarks.submap[m]), int(landmarks.times_seen[m]), *np.round(half_axes[m], 4).tolist()] for m in members
                 ],
-                "hovertemplate": "<b>Landmark %{text}</b><br>submap %{customdata[0]}, seen %{customdata[1]} times<br>%{x:.2f} m, %{y:.2f} m"
-                "<br>σ %{customdata[2]:.3f} × %{customdata[3]:.3f} m<extra></extra>",
+                "hovertemplate": "<b>Landmark %{text}</b><br>submap %{customdata[0]}, seen %{customdata[1]} times"
+                f"<br>{self._place}<br>σ %{{customdata[2]:.3f}} × %{{customdata[3]:.3f}} {html.escape(self.axes.unit)}<extra></extra>",
             })  # fmt: skip
         swatch = "conic-gradient(" + ",".join(PALETTE[:6]) + ")"
         self._add("ellipses", "95 % ellipses", style.MUTED, "ring", ellipses)
@@ -330,7 +347,7 @@ class _Painter:
             for direction, length in ((forward, arm_m), (second, 0.6 * arm_m))
         ]
         origin = self.axes.drawn(position)
-        text = [_base_text(entry) for entry in files.submaps.submaps]
+        text = [_base_text(entry, html.escape(self.axes.unit)) for entry in files.submaps.submaps]
         traces: list[Trace] = [
             {"type": "scatter", "mode": "lines", "x": listed(arm[:, 0], 3), "y": listed(arm[:, 1], 3), "hoverinfo": "skip",
              "line": {"color": colour, "width": 1.4}}
@@ -375,9 +392,9 @@ class _Painter:
         ]  # fmt: skip
 
 
-def _base_text(entry: dict[str, Any]) -> str:
+def _base_text(entry: dict[str, Any], unit: str) -> str:
     x, y, heading = (float(value) for value in entry["base_pose"][:3])
-    lines = [f"<b>Submap {int(entry['index'])}</b>", f"base {x:.2f} m, {y:.2f} m, {math.degrees(heading):.1f}°"]
+    lines = [f"<b>Submap {int(entry['index'])}</b>", f"base {x:.2f} {unit}, {y:.2f} {unit}, {math.degrees(heading):.1f}°"]
     start_s, end_s = finite_number(entry.get("start_time_s")), finite_number(entry.get("end_time_s"))
     if start_s is not None and end_s is not None:
         lines.append(f"{start_s:.1f} s to {end_s:.1f} s")

@@ -20,15 +20,19 @@ def count_text(value: float) -> str:
 
 
 def metres_text(value_m: float) -> str:
-    return f"{_metres_digits(value_m)} m"
+    return length_text(value_m, "m")
 
 
-def _metres_digits(value_m: float) -> str:
-    size_m = abs(value_m)
-    if size_m == 0.0:
+def length_text(value: float, unit: str) -> str:
+    return f"{length_digits(value)} {unit}"
+
+
+def length_digits(value: float) -> str:
+    size = abs(value)
+    if size == 0.0:
         return "0"
-    decimals = 4 if size_m < 0.01 else 3 if size_m < 0.1 else 2 if size_m < 100.0 else 1
-    return f"{value_m:,.{decimals}f}"
+    decimals = 4 if size < 0.01 else 3 if size < 0.1 else 2 if size < 100.0 else 1
+    return f"{value:,.{decimals}f}"
 
 
 def percent_text(fraction: float) -> str:

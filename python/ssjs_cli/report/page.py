@@ -7,6 +7,7 @@ from ssjs_cli.report.error_figures import axis_errors, position_error
 from ssjs_cli.report.frame_section import frame_section
 from ssjs_cli.report.geographic_axes import add_geographic_axes
 from ssjs_cli.report.headline import cards, number_groups, time_shares
+from ssjs_cli.report.landmark_cards import landmark_sheet
 from ssjs_cli.report.map_figure import MapAxes, SubmapColours, draw_map
 from ssjs_cli.report.number_text import count_text, finite_number, percent_text, plain_text, seconds_text
 from ssjs_cli.report.page_parts import Plot, render
@@ -51,11 +52,12 @@ def render_page(files: RunFiles) -> str:
         title=_mission_name(files),
         subtitle=_text(summary, "description"),
         facts=_facts(files, duration_s),
-        cards=[*survey_cards(files, duration_s), *cards(summary, duration_s)],
+        cards=[*survey_cards(files, duration_s), *cards(summary, duration_s, files.timing)],
         groups=number_groups(summary),
         plots=by_id,
         survey=survey,
         frames=frame_section(files.pictures),
+        landmarks=landmark_sheet(files, axes),
         layers=drawing.layers if drawing is not None else [],
         map_missing=_missing_on_map(files),
         replay=replay is not None,
@@ -156,7 +158,9 @@ def _consistency_plots(files: RunFiles) -> list[Plot]:
 
 def _nis_heading(files: RunFiles) -> str:
     """Under water one update holds the samples of every sensor at its time."""
-    return "NIS of the updates, all sensors together" if files.summary.get("sensors") else "NIS of the scan updates"
+    if files.summary.get("sensors"):
+        return "NIS of the updates, all sensors together"
+    return "NIS of the scan updates" if files.pictures is None else "NIS of the frames"
 
 
 def _consistency_plot(quantity: str, heading: str, table: Columns | None, missing: str) -> Plot:
@@ -193,7 +197,9 @@ def _timing_entries(timing: dict[str, Any] | None) -> list[tuple[str, str]]:
     if timing is None:
         return []
     entries = []
-    for key, value in timing.items():
+    parts = timing.get("parts")
+    walls = {f"wall, {key}": value for key, value in parts.items()} if isinstance(parts, dict) else {}
+    for key, value in [*timing.items(), *walls.items()]:
         number = finite_number(value)
         # the quantiles of the steps stand in this row already, from the steps themselves
         if number is None or key.startswith("step_time"):

@@ -2,9 +2,13 @@
 
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.report.page_parts import data_url
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 
 def jpeg_url(path: Path, quality: int, width_px: int | None = None, *, upside_down: bool = False) -> str:
@@ -22,6 +26,10 @@ def jpeg_url(path: Path, quality: int, width_px: int | None = None, *, upside_do
         picture = picture.resize((width_px, height_px), Image.Resampling.BOX)
     if upside_down:
         picture = picture.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+    return picture_url(picture, quality)
+
+
+def picture_url(picture: "Image.Image", quality: int) -> str:
     file = io.BytesIO()
     picture.save(file, format="JPEG", quality=quality, optimize=True)
     return data_url(file.getvalue(), "image/jpeg")

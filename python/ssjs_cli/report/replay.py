@@ -42,7 +42,8 @@ def replay_data(files: RunFiles, axes: MapAxes, colours: SubmapColours) -> dict[
     data: dict[str, Any] = {
         "time_s": listed(time_s, 3),
         "estimates": estimates,
-        "names": list(axes.names),
+        "names": list(axes.short_names),
+        "unit": axes.unit,
         "north_up": axes.north_up,
         "palette": [*PALETTE, UNKNOWN_COLOUR],
     }

@@ -89,6 +89,11 @@ class RunFiles:
     survey: SurveyFiles
     pictures: FramePictures | None = None
 
+    @property
+    def shows_contacts(self) -> bool:
+        """What a camera alone sees are landmarks; the contacts of a sonar are things."""
+        return self.pictures is None or self.survey.sightings is not None
+
 
 ERROR_COLUMNS = ("time_s", "error_m", "is_outlier", "error_x_m", "error_y_m", "sigma_x_m", "sigma_y_m", "sigma_major_m")
 

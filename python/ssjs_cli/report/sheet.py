@@ -6,7 +6,9 @@ from typing import Any
 
 from ssjs_cli.report.tables import Cell, Row, number_cell, text_cell
 
-#: key, heading, decimals (None for text), factor
+#: Instead of decimals: the number is a name, without separators.
+NAME = -1
+#: key, heading, decimals (None for text, NAME), factor
 SheetColumn = tuple[str, str, int | None, float]
 
 
@@ -39,6 +41,15 @@ def sheet(
     for position, row in enumerate(rows):
         cells: list[Cell] = []
         for key, _, decimals, factor in shown:
-            cells.append(text_cell(row.get(key)) if decimals is None else number_cell(row.get(key), decimals, factor))
+            cells.append(_cell(row.get(key), decimals, factor))
         made.append(Row(cells, colour=colours[position] if colours else "", refused=bool(row.get("reason"))))
     return Sheet(sheet_id, heading, [column[1] for column in shown], made, note, bool(colours), in_overview)
+
+
+def _cell(value: Any, decimals: int | None, factor: float) -> Cell:
+    if decimals is None:
+        return text_cell(value)
+    if decimals == NAME:
+        cell = number_cell(value, 0)
+        return Cell(cell.text.replace(",", ""), cell.order)
+    return number_cell(value, decimals, factor)

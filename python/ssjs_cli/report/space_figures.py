@@ -4,7 +4,7 @@ import numpy as np
 
 from ssjs_cli.report import figure_style as style
 from ssjs_cli.report.error_figures import Drawing
-from ssjs_cli.report.figure_style import Figure, FloatArray, Trace, listed
+from ssjs_cli.report.figure_style import Figure, FloatArray, Trace, listed, marker_size
 from ssjs_cli.report.map_figure import ELLIPSE_CORNERS, MapAxes, SubmapColours
 from ssjs_cli.report.planar_shapes import ellipse_outlines
 from ssjs_cli.report.result_files import Landmarks, RunFiles
@@ -38,7 +38,7 @@ def space_view(files: RunFiles, axes: MapAxes, colours: SubmapColours, height_px
         traces.append({
             "type": "scatter3d", "mode": "markers",
             "x": listed(points[:, 0], 2), "y": listed(points[:, 1], 2), "z": listed(points[:, 2], 2),
-            "marker": {"color": _colours(files.landmarks, rows.tolist(), colours), "size": 3.2, "symbol": "diamond"},
+            "marker": _diamonds(files.landmarks, rows.tolist(), colours, 3.2),
             "showlegend": False, "text": [f"landmark {files.landmarks.id[row]}" for row in rows],
             "hovertemplate": "%{text}<br>%{z:.2f} m deep<extra></extra>",
         })  # fmt: skip
@@ -86,7 +86,7 @@ def top_view(files: RunFiles, axes: MapAxes, colours: SubmapColours, height_px: 
         traces += _ellipses(points, axes.drawn_covariance(files.landmarks.covariance[rows]))
         traces.append({
             "type": "scatter", "mode": "markers", "x": listed(points[:, 0], 2), "y": listed(points[:, 1], 2),
-            "marker": {"color": _colours(files.landmarks, rows.tolist(), colours), "size": 5, "symbol": "diamond"}, "showlegend": False,
+            "marker": _diamonds(files.landmarks, rows.tolist(), colours, 5.0), "showlegend": False,
             "text": [f"landmark {files.landmarks.id[row]}, seen {files.landmarks.times_seen[row]} times" for row in rows],
             "hovertemplate": "%{text}<extra></extra>",
         })  # fmt: skip
@@ -117,8 +117,9 @@ def _ellipses(points: FloatArray, covariance: FloatArray) -> list[Trace]:
     }]  # fmt: skip
 
 
-def _colours(landmarks: Landmarks, rows: list[int], colours: SubmapColours) -> list[str]:
-    return [colours.colour(int(landmarks.submap[row])) for row in rows]
+def _diamonds(landmarks: Landmarks, rows: list[int], colours: SubmapColours, size: float) -> dict[str, object]:
+    drawn = [colours.colour(int(landmarks.submap[row])) for row in rows]
+    return {"color": drawn, "size": marker_size(len(rows), size), "symbol": "diamond"}
 
 
 def _axis(title: str) -> dict[str, object]:

@@ -12,16 +12,27 @@ from ssjs_cli.report.result_files import RunFiles
 
 
 def survey_cards(files: RunFiles, duration_s: float | None) -> list[Card]:
-    """Contacts, area, depth, track: those that the run has. None of them for a vehicle in the plane."""
+    """Frames, contacts, area, depth, track: those that the run has. None of them for a vehicle in the plane."""
     if files.trajectory is None or files.trajectory.depth is None:
         return []
-    cards = [_contacts(files), _area(files.summary), _depth(files), _track(files, duration_s)]
+    cards = [_frames(files), _contacts(files), _area(files.summary), _depth(files), _track(files, duration_s)]
     return [card for card in cards if card is not None]
+
+
+def _frames(files: RunFiles) -> Card | None:
+    counts = {} if files.pictures is None else files.pictures.frames
+    given, used, with_region = (counts.get(key) for key in ("given", "used", "with_region"))
+    if given is None or used is None:
+        return None
+    lines = [f"of {count_text(given)} were used"]
+    if with_region is not None and used:
+        lines.append(f"{percent_text(with_region / used)} of them with a region of interest")
+    return Card("Frames", count_text(used), lines)
 
 
 def _contacts(files: RunFiles) -> Card | None:
     rows = files.survey.contacts
-    if not rows:
+    if not rows or not files.shows_contacts:
         return None
     seen = np.array([number_of(row, "sightings") or 0.0 for row in rows])
     sigma_m = np.array([number_of(row, "sigma_major_m") or np.nan for row in rows])

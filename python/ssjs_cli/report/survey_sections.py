@@ -49,7 +49,7 @@ def survey_sections(files: RunFiles, axes: MapAxes, colours: SubmapColours) -> S
     return SurveySections(
         sonar=stretch(files.survey),
         views=[plot for plot in views if plot is not None],
-        contacts=contact_sheet(files.survey),
+        contacts=contact_sheet(files.survey) if files.shows_contacts else None,
         waterfall=waterfall(files.survey),
         coverage=_plot("coverage", "Coverage", coverage_figure(files, axes)),
         depth=_plot("depth-profile", "Depth of vehicle and seabed", depth_profile(files)),

@@ -51,14 +51,14 @@ def text_cell(value: Any) -> Cell:
 
 
 SUBMAP_COLUMNS = (
-    "submap", "start [s]", "duration [s]", "landmarks", "live map", "base {0} [m]", "base {1} [m]", "heading [°]",
-    "σ base [m]", "σ heading [°]", "closed because",
+    "submap", "start [s]", "duration [s]", "landmarks", "live map", "base {0} [{2}]", "base {1} [{2}]", "heading [°]",
+    "σ base [{2}]", "σ heading [°]", "closed because",
 )  # fmt: skip
 LOOP_COLUMNS = ("time [s]", "from", "to", "answer", "pairs", "wrong", "χ²", "dof", "χ² / dof", "reason")
 
 
 def submap_columns(axes: MapAxes) -> list[str]:
-    return [name.format(*axes.names) for name in SUBMAP_COLUMNS]
+    return [name.format(*axes.short_names, axes.short_unit) for name in SUBMAP_COLUMNS]
 
 
 def submap_rows(submaps: Submaps, axes: MapAxes, colours: SubmapColours) -> list[Row]:

@@ -70,7 +70,10 @@ TEST(TimedClosure, WhatIsNoneIsRefused) {
   EXPECT_THROW(check({2.0, 2.0, pose, ""}), InvalidArgument);
   EXPECT_THROW(check({1.0, HUGE_VAL, pose, ""}), InvalidArgument);
   EXPECT_THROW(check({1.0, 2.0, {{std::nan(""), 0.0, 0.0}, kNoise}, ""}), InvalidArgument);
-  EXPECT_THROW(check({1.0, 2.0, {{}, Eigen::Matrix3d::Zero()}, ""}), NotPositiveDefinite);
+  EXPECT_THROW(check({1.0, 2.0, {{1e200, 0.0, 0.0}, kNoise}, ""}), InvalidArgument);
+  for (const double scale : {0.0, 1e-310, 1e300}) {
+    EXPECT_THROW(check({1.0, 2.0, {{}, scale * Eigen::Matrix3d::Identity()}, ""}), InvalidArgument) << scale;
+  }
 }
 
 }  // namespace

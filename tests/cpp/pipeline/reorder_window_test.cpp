@@ -106,6 +106,8 @@ TEST(ReorderWindow, AFixWithoutACovarianceIsNone) {
   tick.time_s = 2.0;
   tick.fix->covariance << 1.0, 2.0, 2.0, 1.0;
   EXPECT_EQ(window.put(tick), Arrival::kNotFinite);
+  tick.fix->covariance = 1e-310 * Eigen::Matrix2d::Identity();  // whose inverse is not finite
+  EXPECT_EQ(window.put(tick), Arrival::kNotFinite);
   tick.fix->covariance.setIdentity();
   tick.fix->world_p_vehicle.x() = std::numeric_limits<double>::infinity();
   EXPECT_EQ(window.put(tick), Arrival::kNotFinite);

@@ -13,18 +13,19 @@ from seabed_frames import pebbles
 
 from ssjs_cli.formats.frames import FrameIndex
 from ssjs_cli.formats.navigation import Scalars
+from ssjs_cli.formats.number_table import IntArray
 from ssjs_cli.formats.tum import PoseSeries
 from ssjs_cli.optical.camera_output import write_camera_pictures
 from ssjs_cli.optical.sighting_pictures import ellipse, sighting_picture, sightings_by_time
 
 
-def write(run: Path, index: FrameIndex, result: dict[str, Any] | None = None) -> dict[str, Any]:
+def write(run: Path, index: FrameIndex, result: dict[str, Any] | None = None, ids: IntArray | None = None) -> dict[str, Any]:
     run.mkdir()
     pose = poses()
     track = PoseSeries(index.time_s, pose[:, [0, 1, 5]], pose[:, 2:5])
     altitude = Scalars(index.time_s, np.full(26, SEABED_M - DEPTH_M))
     used = list(zip(index.time_s.tolist(), index.files, strict=True))
-    write_camera_pictures(run, index, used, 7, track, altitude, result or {}, {})
+    write_camera_pictures(run, index, used, 7, track, altitude, result or {}, {}, ids)
     document: dict[str, Any] = json.loads((run / "pictures" / "pictures.json").read_text())
     return document
 
@@ -66,6 +67,25 @@ def test_sightings_are_drawn_where_they_are(tmp_path: Path) -> None:
     # twice as large: predicted (54, 60) is at (108.5, 120.5), yellow; measured (50, 60) at (100.5, 120.5), blue
     assert picture[120, 106, 0] > 200 and picture[120, 106, 2] < 150
     assert picture[117, 97, 2] > 200 and picture[117, 97, 0] < 150
+
+
+def test_each_landmark_has_the_patch_of_a_frame_that_showed_it(tmp_path: Path) -> None:
+    """Landmark 11 was known twice, by its tracks 5 and 8; nobody saw landmark 12."""
+    frames = write_frames(tmp_path / "frames")
+    sightings = {
+        "time_s": np.array([3.0, 3.0, 20.0]),
+        "landmark": np.array([4, 5, 8]),
+        "measured_px": np.array([[119.0, 90.0], [20.0, 20.0], [120.0, 80.0]]),
+        "predicted_px": np.zeros((3, 2)),
+        "innovation_covariance_px2": np.tile([16.0, 0.0, 9.0], (3, 1)),
+    }
+    result = {"frame_sightings": sightings, "landmarks": {"tracks": [[4], [5, 8], []]}}
+    index = write(tmp_path / "run", frames, result, np.array([10, 11, 12]))
+    assert index["landmarks"]["count"] == 2
+    table = (tmp_path / "run" / "pictures" / index["landmarks"]["table"]).read_text()
+    assert table == "landmark,file,u_px,v_px,row,column\n10,03.png,119.00,90.00,0,0\n11,20.png,120.00,80.00,0,1\n"
+    with Image.open(tmp_path / "run" / "pictures" / index["landmarks"]["picture"]) as picture:
+        assert picture.size == (96, 48)
 
 
 def test_the_ellipse_is_that_of_the_covariance() -> None:

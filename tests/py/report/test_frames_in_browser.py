@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from browser_page import opened
 from synthetic_run import SMALL, write_synthetic_run
 
 from ssjs_cli.formats.run_directory import PICTURES_FOLDER
+from ssjs_cli.optical.landmark_patches import Looks, patch_sheet
 from ssjs_cli.optical.mosaic_picture import Mosaic
 from ssjs_cli.optical.picture_index import PictureIndex
 from ssjs_cli.report import build_report
@@ -31,6 +33,10 @@ def report(tmp_path: Path) -> Path:
     frame = np.full((60, 80), 120, dtype=np.uint8)
     points = np.array([[10.0, 10.0], [40.0, 30.0]])
     index.add_matches(("a.png", "b.png"), (frame, frame), (points, points + 5.0), 13.0)
+    landmarks = Looks(np.array([0, 3]), np.array([0, 0]), points)
+    sheet = patch_sheet(landmarks, (80, 60), lambda number: frame)
+    assert sheet is not None
+    index.add_landmarks(sheet, lambda number: "a.png")
     index.frames(given=9, used=8, with_region=2)
     index.write()
     return build_report(run)
@@ -68,3 +74,27 @@ def test_frames_have_their_section(chromium: Any, report: Path, width: int) -> N
         assert "a.png and b.png" in page.locator("#frames-section .matches").inner_text()
         broken = "[...document.images].filter(image => image.complete && image.naturalWidth === 0).length"
         assert page.evaluate(broken) == 0
+
+
+def test_landmarks_have_their_patches(chromium: Any, report: Path) -> None:
+    with opened(chromium, report) as page:
+        section = page.locator("#landmarks-section")
+        assert section.locator("h2").inner_text() == "Landmarks"
+        cards = section.locator(".patch-card")
+        assert cards.count() == 2
+        assert sorted(cards.nth(number).locator("b").inner_text() for number in range(2)) == ["0", "3"]
+        assert "looks" in cards.first.inner_text() and cards.first.get_attribute("title").startswith("a.png at (")
+        assert section.locator("#landmark-table tbody tr").count() > 2
+        assert page.locator("#contacts-section").count() == 0
+
+
+def test_without_a_scale_no_length_is_in_metres(chromium: Any, report: Path) -> None:
+    run = report.parent
+    summary = json.loads((run / "summary.json").read_text())
+    (run / "summary.json").write_text(json.dumps({**summary, "length_unit": "frame widths"}))
+    with opened(chromium, build_report(run)) as page:
+        heads = page.locator("#submap-table th").all_text_contents() + page.locator("#landmark-table th").all_text_contents()
+        assert [text for text in heads if "[m]" in text] == [] and any("[widths]" in text for text in heads)
+        assert "frame widths" in page.locator("#replay-readout").inner_text()
+        hover = page.evaluate("[...document.getElementById('map').data].map(trace => trace.hovertemplate || '').join(' ')")
+        assert "frame widths" in hover and "} m" not in hover

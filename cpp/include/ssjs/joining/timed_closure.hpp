@@ -24,8 +24,8 @@ struct TimedClosure {
   }
 };
 
-/// Throws InvalidArgument naming what is wrong: times that are not finite or in the wrong order, a pose that is not finite, a covariance
-/// that is none (NotPositiveDefinite).
+/// Throws InvalidArgument naming what is wrong: times that are not finite or in the wrong order, a pose that is not finite or off the
+/// earth, a covariance that is none (measurement_noise.hpp).
 void check(const TimedClosure& closure);
 
 /// The same between the bases of the two maps (C-13). Nothing where a moment lies in no map, both lie in one, or no remembered step of the

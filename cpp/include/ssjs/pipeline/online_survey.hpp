@@ -122,6 +122,7 @@ class OnlineSurvey {
   void count(const JoinReport& report);
   [[nodiscard]] JoinReport propose(const std::vector<TimedClosure>& claimed);
   void fail_to_join(const std::string& problem);
+  void finish_once();
   [[nodiscard]] bool is_joined();  ///< when the background rests: whether all it did went well
   void tell(NoteKind kind, const std::string& text) const;
   void tell_of_arrival(Arrival arrival, const NavigationTick& sample);

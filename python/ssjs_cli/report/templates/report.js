@@ -165,14 +165,14 @@
       const across = shown.x[moment], up = shown.y[moment];
       const x = replay.north_up ? up : across, y = replay.north_up ? across : up;
       field(parts, "time", `${time.toFixed(1)} s`);
-      field(parts, replay.names[0], `${x.toFixed(2)} m`);
-      field(parts, replay.names[1], `${y.toFixed(2)} m`);
+      field(parts, replay.names[0], `${x.toFixed(2)} ${replay.unit}`);
+      field(parts, replay.names[1], `${y.toFixed(2)} ${replay.unit}`);
       field(parts, "heading", `${(shown.world_heading[moment] * 180 / Math.PI).toFixed(1)}°`);
       if (shown.covariance && shown.covariance[0][moment] !== null) {
         const xx = shown.covariance[0][moment], xy = shown.covariance[1][moment], yy = shown.covariance[2][moment];
-        field(parts, "σ", `${Math.sqrt(Math.max(0.5 * (xx + yy) + Math.hypot(0.5 * (xx - yy), xy), 0)).toFixed(3)} m`);
+        field(parts, "σ", `${Math.sqrt(Math.max(0.5 * (xx + yy) + Math.hypot(0.5 * (xx - yy), xy), 0)).toFixed(3)} ${replay.unit}`);
       }
-      if (shown.key === "final" && replay.error_m && replay.error_m[moment] !== null) field(parts, "error", `${replay.error_m[moment].toFixed(3)} m`);
+      if (shown.key === "final" && replay.error_m && replay.error_m[moment] !== null) field(parts, "error", `${replay.error_m[moment].toFixed(3)} ${replay.unit}`);
       if (replay.submap) field(parts, "submap", String(replay.submap[moment]));
       if (replay.landmarks) field(parts, "landmarks", `${countUpTo(replay.landmarks.time_s, time)} of ${replay.landmarks.time_s.length}`);
       if (replay.loops) field(parts, "loop closures", `${countUpTo(replay.loops.time_s, time)} of ${replay.loops.time_s.length}`);
