@@ -1,14 +1,15 @@
 #include "ssjs/optical/keypoints.hpp"
 
 #include <dlib/image_keypoint.h>
-#include <dlib/image_transforms/assign_image.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/optical/hessian_pyramid.hpp"
 #ifdef SSJS_HAS_FEATURES2D
 #include <opencv2/features2d.hpp>
 #endif
@@ -17,9 +18,6 @@ namespace ssjs {
 namespace {
 
 constexpr int kSurfWidth = 64;
-
-/// Octaves, intervals and first step of the box filters, as in the paper.
-constexpr long kOctaves = 4, kIntervals = 6, kFirstStep = 2;
 
 /// What a description looks at, as dlib wants it inside the frame, in units of the scale.
 constexpr double kDescribedScales = 32.0;
@@ -34,44 +32,49 @@ bool is_inside(const cv::Mat& frame, const cv::Mat& mask, cv::Point2d at) {
   return mask.empty() || mask.at<unsigned char>(row, column) != 0;
 }
 
-/// dlib finds, turns and describes. The frame is continued by its mirror image, as far as descriptions near its border look, and drawn
-/// larger, so that small things are found as well.
+/// Where keypoints may lie: the columns and rows of the mask, all without one. Empty where the mask is clear.
+cv::Rect window_of(const cv::Mat& frame, const cv::Mat& mask) {
+  return mask.empty() ? cv::Rect({0, 0}, frame.size()) : cv::boundingRect(mask);
+}
+
+/// dlib turns and describes what the pyramid finds. The frame is continued by its mirror image, as far as descriptions near its border
+/// look, and drawn larger, so that small things are found as well.
 Keypoints surf(const cv::Mat& lit, const cv::Mat& mask, const KeypointConfig& config) {
   const int margin = std::min({kMarginPx, lit.cols - 1, lit.rows - 1});
   const double zoom = config.surf_zoom;
+  const cv::Rect2d window = window_of(lit, mask);
+  Keypoints keypoints;
+  keypoints.descriptors.create(0, kSurfWidth, CV_32F);
+  if (window.empty()) return keypoints;
   cv::Mat continued;
   cv::copyMakeBorder(lit, continued, margin, margin, margin, margin, cv::BORDER_REFLECT_101);
   if (zoom != 1.0) cv::resize(continued, continued, cv::Size(), zoom, zoom, cv::INTER_LINEAR);
-  dlib::array2d<unsigned char> image(continued.rows, continued.cols);
-  for (int r = 0; r < continued.rows; ++r) std::copy_n(continued.ptr(r), continued.cols, &image[r][0]);
   // Memory that every frame writes over: asking the system for it costs a tenth of the time.
-  thread_local dlib::integral_image integral;
-  thread_local dlib::hessian_pyramid pyramid;
-  integral.load(image);
-  pyramid.build_pyramid(integral, kOctaves, kIntervals, kFirstStep);
-  std::vector<dlib::interest_point> found;
-  dlib::get_interest_points(pyramid, config.surf_threshold, found);
-  const auto in_frame = [&](const dlib::interest_point& p) {  // (u + 1/2) zoom - 1/2 is where a resized pixel lies
-    return cv::Point2d((p.center.x() + 0.5) / zoom - 0.5 - margin, (p.center.y() + 0.5) / zoom - 0.5 - margin);
-  };
-  const auto is_left_out = [&](const dlib::interest_point& p) {
-    const auto side = static_cast<unsigned long>(kDescribedScales * p.scale);
-    return !is_inside(lit, mask, in_frame(p)) || !dlib::get_rect(integral).contains(dlib::centered_rect(p.center, side, side));
-  };
-  found.erase(std::remove_if(found.begin(), found.end(), is_left_out), found.end());
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+  thread_local IntegralImage integral;
+  thread_local HessianPyramid pyramid;
+  integral.load(continued);
+  // (u + 1/2) zoom - 1/2 is where a resized pixel lies
+  const cv::Point2d corner = zoom * (window.tl() + cv::Point2d(margin, margin)) - cv::Point2d(0.5, 0.5);
+  pyramid.build(integral, {corner.x, corner.y, zoom * window.width, zoom * window.height});
+  std::vector<HessianMaximum> maxima = pyramid.maxima(config.surf_threshold);
+  std::stable_sort(maxima.begin(), maxima.end(), [](const auto& a, const auto& b) { return a.determinant > b.determinant; });
 
-  Keypoints keypoints;
-  const auto count = std::min(found.size(), static_cast<std::size_t>(config.max_keypoints));
-  keypoints.descriptors.create(static_cast<int>(count), kSurfWidth, CV_32F);
-  for (std::size_t i = 0; i < count; ++i) {
-    const dlib::interest_point& p = found[i];
-    const double angle = dlib::compute_dominant_angle(integral, p.center, p.scale);
+  const dlib::rectangle inside(0, 0, integral.nc() - 1, integral.nr() - 1);
+  cv::Mat_<float> row(1, kSurfWidth);
+  for (const HessianMaximum& maximum : maxima) {
+    if (keypoints.points.size() == static_cast<std::size_t>(config.max_keypoints)) break;
+    const std::optional<Blob> blob = pyramid.interpolated(maximum);
+    if (!blob) continue;
+    const cv::Point2d position_px((blob->position_px.x + 0.5) / zoom - 0.5 - margin, (blob->position_px.y + 0.5) / zoom - 0.5 - margin);
+    const dlib::vector<double, 2> centre(blob->position_px.x, blob->position_px.y);
+    const auto side = static_cast<unsigned long>(kDescribedScales * blob->scale_px);
+    if (!is_inside(lit, mask, position_px) || !inside.contains(dlib::centered_rect(centre, side, side))) continue;
+    const double angle = dlib::compute_dominant_angle(integral, centre, blob->scale_px);
     dlib::matrix<double, kSurfWidth, 1> description;
-    dlib::compute_surf_descriptor(integral, p.center, p.scale, angle, description);
-    float* row = keypoints.descriptors.ptr<float>(static_cast<int>(i));
-    for (long k = 0; k < kSurfWidth; ++k) row[k] = static_cast<float>(description(k));
-    keypoints.points.push_back({in_frame(p), p.scale / zoom, angle, p.score});
+    dlib::compute_surf_descriptor(integral, centre, blob->scale_px, angle, description);
+    std::transform(description.begin(), description.end(), row.begin(), [](double x) { return static_cast<float>(x); });
+    keypoints.descriptors.push_back(row);
+    keypoints.points.push_back({position_px, blob->scale_px / zoom, angle, maximum.determinant});
   }
   return keypoints;
 }

@@ -75,8 +75,13 @@ void check_calibration(const CameraCalibration& calibration) {
   const auto finite = [](const char* name, double value) {
     if (!std::isfinite(value)) throw InvalidArgument(name, value, "must be finite");
   };
-  finite("centre_x_px", camera.centre_x_px);
-  finite("centre_y_px", camera.centre_y_px);
+  // Of a part cut out of a larger frame the centre may lie outside, but a camera that does not look near its own picture has wrong units.
+  const auto near_frame = [](const char* name, double value, int side_px) {
+    if (!(value >= -side_px && value <= 2.0 * side_px))
+      throw InvalidArgument(name, value, "must lie in the frame, 0 to " + std::to_string(side_px) + ", or less than its side beside it");
+  };
+  near_frame("centre_x_px", camera.centre_x_px, camera.width_px);
+  near_frame("centre_y_px", camera.centre_y_px, camera.height_px);
   finite("skew_px", calibration.skew_px);
   for (const double k : calibration.distortion) finite("distortion", k);
   constexpr int kSides = 16;  // points along every side of the frame, and as many steps from the centre to each
@@ -119,16 +124,16 @@ Undistortion::Undistortion(const CameraCalibration& calibration)
   check_calibration(calibration);
   valid_ = cv::Mat(size_, CV_8U, cv::Scalar(255));
   if (is_identity_) return;
-  columns_.create(size_, CV_32F);
-  rows_.create(size_, CV_32F);
+  cv::Mat columns(size_, CV_32F), rows(size_, CV_32F);
   for (int v = 0; v < size_.height; ++v) {
     for (int u = 0; u < size_.width; ++u) {
       const cv::Point2d from = distorted(calibration, {static_cast<double>(u), static_cast<double>(v)});
-      columns_.at<float>(v, u) = static_cast<float>(from.x);
-      rows_.at<float>(v, u) = static_cast<float>(from.y);
+      columns.at<float>(v, u) = static_cast<float>(from.x);
+      rows.at<float>(v, u) = static_cast<float>(from.y);
       if (!(from.x >= 0.0 && from.y >= 0.0 && from.x <= size_.width - 1 && from.y <= size_.height - 1)) valid_.at<unsigned char>(v, u) = 0;
     }
   }
+  cv::convertMaps(columns, rows, whole_, fraction_, CV_16SC2);
 }
 
 cv::Mat Undistortion::apply(const cv::Mat& frame) const {
@@ -141,7 +146,7 @@ cv::Mat Undistortion::apply(const cv::Mat& frame) const {
   }
   if (is_identity_) return frame;
   cv::Mat corrected;
-  cv::remap(frame, corrected, columns_, rows_, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  cv::remap(frame, corrected, whole_, fraction_, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
   return corrected;
 }
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "ssjs/base/error.hpp"
+#include "ssjs/imaging/mask_components.hpp"
 #include "ssjs/imaging/morphology.hpp"
 
 namespace ssjs {
@@ -15,6 +17,8 @@ constexpr double kLowOfHigh = 0.4;
 constexpr double kSigmaSmall_px = 2.0;        // of the hue's blur, on the frame made so much smaller that it spans few pixels
 constexpr double kMedianOfRayleigh = 1.1774;  // a gradient of noise alone has two normal components: its length has this median, over sigma
 
+constexpr std::size_t kLongestGradient = 1443;  // of Sobel's 3 x 3 on levels up to 255: 1020 sqrt 2
+
 /// Half the side of a square that joins what is `part` of the width apart.
 int reach_px(const cv::Mat& image, double part) { return std::max(1, static_cast<int>(std::lround(0.5 * part * image.cols))); }
 
@@ -22,31 +26,27 @@ cv::Mat square(int reach) { return cv::getStructuringElement(cv::MORPH_RECT, {2 
 
 /// Without components too small, or too large to be a thing on the seabed.
 cv::Mat significant(const cv::Mat& mask, const RegionOfInterestConfig& config) {
-  cv::Mat labels, stats, centroids;
-  const int count = cv::connectedComponentsWithStats(mask, labels, stats, centroids, 8, CV_32S);
-  const double area = static_cast<double>(mask.total());
-  std::vector<unsigned char> keep(static_cast<std::size_t>(count), 0);
-  for (int label = 1; label < count; ++label) {
-    const double part = stats.at<int>(label, cv::CC_STAT_AREA) / area;
-    if (part >= config.smallest_area && part <= config.largest_area) keep[static_cast<std::size_t>(label)] = 255;
-  }
-  cv::Mat kept(mask.size(), CV_8U);
-  for (int r = 0; r < mask.rows; ++r) {
-    for (int c = 0; c < mask.cols; ++c) kept.at<unsigned char>(r, c) = keep[static_cast<std::size_t>(labels.at<int>(r, c))];
+  const MaskComponents components = foreground_components(mask);
+  const std::vector<std::int64_t> area_px = component_areas_px(components);
+  const auto total_px = static_cast<double>(mask.total());
+  cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8U);
+  for (const MaskRun& run : components.runs) {
+    const double part = static_cast<double>(area_px[static_cast<std::size_t>(run.component)]) / total_px;
+    if (part >= config.smallest_area && part <= config.largest_area) kept.row(run.row).colRange(run.first, run.end).setTo(255);
   }
   return kept;
 }
 
 /// From the histogram of the lengths: the exact median to a level.
 double median_length(const cv::Mat& dx, const cv::Mat& dy) {
-  std::vector<std::size_t> counts;
+  std::vector<std::size_t> counts(kLongestGradient + 1, 0);
+  std::vector<int> length(static_cast<std::size_t>(dx.cols));
   for (int r = 0; r < dx.rows; ++r) {
-    for (int c = 0; c < dx.cols; ++c) {
-      const double x = dx.at<short>(r, c), y = dy.at<short>(r, c);
-      const auto length = static_cast<std::size_t>(std::sqrt(x * x + y * y));
-      if (length >= counts.size()) counts.resize(length + 1);
-      ++counts[length];
-    }
+    const short *x = dx.ptr<short>(r), *y = dy.ptr<short>(r);
+    // Whole numbers below 2^24 are exact as float, and the root of one below a square stays below its root.
+    for (int c = 0; c < dx.cols; ++c)
+      length[static_cast<std::size_t>(c)] = static_cast<int>(std::sqrt(static_cast<float>(x[c] * x[c] + y[c] * y[c])));
+    for (const int whole : length) ++counts[static_cast<std::size_t>(whole)];
   }
   std::size_t below = 0, level = 0;
   while (2 * (below + counts[level]) < dx.total()) below += counts[level++];
@@ -98,7 +98,8 @@ cv::Mat hue_regions(const cv::Mat& colour, const RegionOfInterestConfig& config)
   for (int r = 0; r < small.rows; ++r) {
     for (int c = 0; c < small.cols; ++c) {
       const double hue = std::atan2(sine.at<float>(r, c), cosine.at<float>(r, c));
-      difference.at<float>(r, c) = static_cast<float>(std::abs(std::remainder(hue - mean, 2.0 * CV_PI)));
+      const double turn = std::abs(hue - mean);
+      difference.at<float>(r, c) = static_cast<float>(turn > CV_PI ? 2.0 * CV_PI - turn : turn);
     }
   }
   const double least = config.hue_factor * cv::mean(difference)[0];
@@ -110,7 +111,8 @@ RegionsOfInterest regions_of_interest(const cv::Mat& frame, const cv::Mat& brigh
   if (frame.size() != bright.size()) throw InvalidArgument("bright", bright.cols, "must be as large as the frame");
   RegionsOfInterest found;
   found.edge_mask = edge_regions(bright, config);
-  if (frame.channels() == 3) found.hue_mask = hue_regions(frame, config);
+  const bool has_edges = cv::countNonZero(found.edge_mask) > 0;
+  if (frame.channels() == 3 && has_edges) found.hue_mask = hue_regions(frame, config);
   found.mask = found.hue_mask.empty() ? found.edge_mask : significant(found.edge_mask & found.hue_mask, config);  // (V-10)
   found.labelled = find_regions(found.mask, bright);
   return found;

@@ -92,7 +92,8 @@ def read_keypoints(
         if not span_s[0] <= time_s <= span_s[1]:
             kind, reason = "outside", f"was taken at {time_s!r} s, outside the time of the vehicle's attitude"
         if not kind and read.content in seen:
-            kind, reason = "duplicate", f"is a duplicate of {seen[read.content]}"
+            again = seen[read.content] == name
+            kind, reason = "duplicate", "is named twice" if again else f"is a duplicate of {seen[read.content]}"
         seen.setdefault(read.content, name)
         outcomes.append(FrameOutcome(time_s, name, kind, reason, read.regions, 0 if kind else len(read.pixel)))
         if not kind:
@@ -123,7 +124,7 @@ def _read(path: Path, reader: _core.FrameReader, camera: CameraCalibration) -> _
     rows, columns = frame.shape[:2]
     if (columns, rows) != (camera.width_px, camera.height_px):
         return _Read("size", f"has {columns} x {rows} pixels, and its calibration is of {camera.width_px} x {camera.height_px}")
-    content = hashlib.blake2b(frame.tobytes(), digest_size=16).hexdigest()
+    content = hashlib.sha256(frame.tobytes()).hexdigest()
     features = reader.read(frame)
     if features.left_out is not None:
         return _Read(features.left_out.split(":")[0], f"is {features.left_out}", content)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ssjs_cli.errors import UserError, describe_os_error
+from ssjs_cli.formats.frame_image import MAX_PIXELS
 
 Lens = Literal["pinhole", "brown", "equidistant"]
 
@@ -219,7 +220,12 @@ def _check(calibration: CameraCalibration, path: Path) -> None:
 
     from ssjs_cli import _core
 
+    if calibration.width_px * calibration.height_px > MAX_PIXELS:
+        raise UserError(
+            f"{path}: is of {calibration.width_px} x {calibration.height_px} pixels, more than {MAX_PIXELS / 1e6:.0f} million; "
+            "give the size of the frames that were calibrated"
+        )
     try:
         _core.check_calibration(asdict(calibration))
     except ValueError as error:
-        raise UserError(f"{path}: {error}") from error
+        raise UserError(f"{path}: {error}; correct its camera matrix or coefficients, or calibrate again") from error

@@ -1,6 +1,7 @@
 """One frame of a camera from its file: 8 bits, grey or colour. What cannot be read is told in a few words, for a frame that is left out."""
 
 import io
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ MAX_PIXELS = 80_000_000
 MAX_BYTES = 512 * 1024 * 1024
 
 Frame = NDArray[np.uint8]
+
+warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # decoded() looks at the size itself, before any pixel is read
 
 
 class FrameError(Exception):
@@ -37,6 +40,15 @@ def frame_bytes(path: Path) -> bytes:
     return data
 
 
+def frame_size_px(path: Path) -> tuple[int, int] | None:
+    """Width and height as its file says, without reading the pixels; None where it does not."""
+    try:
+        with Image.open(path, formats=FORMATS) as picture:
+            return picture.width, picture.height
+    except Exception:  # why it cannot be read is told by who reads it
+        return None
+
+
 def decoded(data: bytes) -> Frame:
     """(rows, columns) or (rows, columns, 3: red, green, blue); of 16 bits the upper eight, of alpha nothing."""
     try:
@@ -47,6 +59,8 @@ def decoded(data: bytes) -> Frame:
             return _levels(picture)
     except FrameError:
         raise
+    except Image.DecompressionBombError as error:
+        raise FrameError(f"has more than {MAX_PIXELS / 1e6:.0f} million pixels") from error
     except UnidentifiedImageError as error:
         raise FrameError(f"is no image of a known kind ({', '.join(FORMATS)})") from error
     except Exception as error:  # whatever a decoder meets in a damaged file

@@ -52,12 +52,12 @@ def write_camera_pictures(
     chosen = keyframes(frames, used, track, altitude, settings, MOSAIC_STEP)
     if chosen:
         placed = np.array([keyframe.placed for keyframe in chosen])
-        channels = {keyframe.pixels().ndim for keyframe in chosen}
+        is_colour = any(keyframe.is_colour for keyframe in chosen)
 
         def pixels() -> Any:
             for keyframe in chosen:
                 frame = keyframe.pixels()
-                yield np.repeat(frame[:, :, None], 3, axis=2) if len(channels) > 1 and frame.ndim == 2 else frame
+                yield np.repeat(frame[:, :, None], 3, axis=2) if is_colour and frame.ndim == 2 else frame
 
         index.add_mosaic(draw_mosaic(pixels, placed, reader, mosaic_values(settings)))
         _add_matches(index, chosen, calibration)

@@ -1,6 +1,7 @@
 """The frames of a mission, read one after the other: what they hold, and their pixels once more. Those that are worth nothing are named,
 none is fatal."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.frame_image import Frame, FrameError, decoded, frame_bytes
+from ssjs_cli.formats.frame_image import Frame, FrameError, decoded, frame_bytes, frame_size_px
 from ssjs_cli.formats.frames import FrameIndex
 from ssjs_cli.formats.number_table import FloatArray
 
@@ -53,12 +54,12 @@ class _RefusalError(Exception):
 
 
 def usable_frames(index: FrameIndex, reader: Any, lost: list[str], progress: Callable[[float], bool]) -> UsableFrames:
-    """Frames that can be read, have the size of the first one, hold something, and show something else than those before at a later time.
+    """Frames that can be read, have the size of most, hold something, and show something else than those before at a later time.
     Raises UserError when fewer than two are left."""
     times: list[float] = []
     paths: list[Path] = []
     features: list[Any] = []
-    size: tuple[int, int] | None = None
+    size = _usual_size_px(index)
     is_colour = False
     seen: dict[str, str] = {}
     refused: list[str] = []
@@ -76,7 +77,6 @@ def usable_frames(index: FrameIndex, reader: Any, lost: list[str], progress: Cal
         except (FrameError, _RefusalError, ValueError) as error:
             refused.append(f"{path.name} {error}")
             continue
-        size = (frame.shape[1], frame.shape[0])
         is_colour = is_colour or frame.ndim == 3
         times.append(time_s)
         paths.append(path)
@@ -90,12 +90,18 @@ def usable_frames(index: FrameIndex, reader: Any, lost: list[str], progress: Cal
     return UsableFrames(np.array(times), tuple(paths), tuple(features), size, is_colour, with_region, len(index.files))
 
 
+def _usual_size_px(index: FrameIndex) -> tuple[int, int] | None:
+    """That of the most frames; of equally many the first one's. None where no file tells."""
+    sizes = Counter(size for size in (frame_size_px(index.path(number)) for number in range(len(index.files))) if size is not None)
+    return sizes.most_common(1)[0][0] if sizes else None
+
+
 def _check(
     frame: Frame, size: tuple[int, int] | None, time_s: float, times: list[float], seen: dict[str, str], digest: str, name: str
 ) -> None:
     here = (frame.shape[1], frame.shape[0])
     if size is not None and here != size:
-        raise _RefusalError(f"has {here[0]} x {here[1]} pixels, and those before have {size[0]} x {size[1]}")
+        raise _RefusalError(f"has {here[0]} x {here[1]} pixels, and most have {size[0]} x {size[1]}")
     if times and time_s <= times[-1]:
         raise _RefusalError("was taken at the time of the frame before")
     if digest in seen:

@@ -3,7 +3,7 @@
 docs/math/optical.md (V-26)"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +32,12 @@ MAP_H_WORLD = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 @dataclass(frozen=True)
 class Keyframe:
-    """placed: its corrected pixels -> the map, across and up."""
+    """placed: its corrected pixels -> the map, across and up; is_colour: it has three channels."""
 
     time_s: float
     path: Path
     placed: FloatArray
+    is_colour: bool = False
 
     def pixels(self) -> Frame:
         return decoded(frame_bytes(self.path))
@@ -78,7 +79,8 @@ def keyframes(
         chosen = [chosen[row] for row in np.linspace(0, len(chosen) - 1, MAX_KEYFRAMES).astype(int).tolist()]
     areas = np.array([_area(keyframe.placed, calibration) for keyframe in chosen])
     usual = float(np.median(areas)) if len(areas) else 0.0
-    return [keyframe for keyframe, area in zip(chosen, areas, strict=True) if area < MAX_AREA_RATIO * usual and _can_be_read(keyframe)]
+    read = [_read(keyframe) for keyframe, area in zip(chosen, areas, strict=True) if area < MAX_AREA_RATIO * usual]
+    return [keyframe for keyframe in read if keyframe is not None]
 
 
 def middles(frames: Sequence[Keyframe], calibration: Mapping[str, Any]) -> FloatArray:
@@ -118,9 +120,9 @@ def _area(placed: FloatArray, calibration: Mapping[str, Any]) -> float:
     return float(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
 
 
-def _can_be_read(keyframe: Keyframe) -> bool:
+def _read(keyframe: Keyframe) -> Keyframe | None:
+    """None where its file has gone since, or is damaged."""
     try:
-        keyframe.pixels()
+        return replace(keyframe, is_colour=keyframe.pixels().ndim == 3)
     except FrameError:
-        return False
-    return True
+        return None

@@ -16,8 +16,6 @@ SIDE_PX = 48
 PART_OF_WIDTH = 0.15
 #: Beyond these, those seen most often; their picture is some 6 MB.
 MOST_PATCHES = 10_000
-#: Of the width of a frame: a look so near to its middle is good, and so is the nearest of a landmark, however far off.
-GOOD_DISTANCE = 0.25
 #: Darkest and brightest part of a patch are drawn black and white, but its noise is not blown up.
 LEVEL_QUANTILES = (0.01, 0.99)
 MOST_GAIN = 4.0
@@ -69,14 +67,20 @@ def patch_sheet(looks: Looks, size_px: tuple[int, int], pixels: Callable[[int], 
 
 
 def best_looks(looks: Looks, size_px: tuple[int, int]) -> Looks:
-    """One look a landmark, in the order of their numbers. Those near to the middle of a frame are good, where the camera sees sharpest and
-    from straight above; of the frames that have them those with the most are opened, until every landmark has one."""
+    """One look a landmark, in the order of their numbers. Those are good whose patch lies inside the frame; of a landmark without, that
+    nearest to the middle. Frames with the most good looks are opened until every landmark has one; of several that nearest to the middle
+    is taken, where the camera sees sharpest and from straight above."""
     width_px, height_px = size_px
-    distance = np.linalg.norm(looks.pixel - ((width_px - 1) / 2, (height_px - 1) / 2), axis=1)
+    offset = np.abs(looks.pixel - ((width_px - 1) / 2, (height_px - 1) / 2))
+    distance = np.linalg.norm(offset, axis=1)
+    half = 0.5 * PART_OF_WIDTH * width_px
+    is_inside = (offset <= (0.5 * width_px - half, 0.5 * height_px - half)).all(axis=1)
     _, number = np.unique(looks.landmark, return_inverse=True)
     nearest = np.full(int(number.max(initial=-1)) + 1, np.inf)
     np.minimum.at(nearest, number, distance)
-    good = np.flatnonzero(distance <= np.maximum(nearest[number], GOOD_DISTANCE * width_px))
+    has_inside = np.zeros(len(nearest), dtype=np.bool_)
+    has_inside[number[is_inside]] = True
+    good = np.flatnonzero(np.where(has_inside[number], is_inside, distance <= nearest[number]))
     opened = []
     missing = good
     while len(missing):
@@ -105,8 +109,10 @@ def patch(image: Frame, pixel: FloatArray) -> Frame:
     left, top = (int(np.floor(value - half + 0.5)) for value in pixel.tolist())
     side = max(round(2.0 * half), 1)
     cut = Image.fromarray(image).convert("RGB").crop((left, top, left + side, top + side))
-    values = np.asarray(cut.resize((SIDE_PX, SIDE_PX), Image.Resampling.BICUBIC), dtype=np.float64)
-    low, high = np.quantile(values, LEVEL_QUANTILES)
-    gain = min(255.0 / max(high - low, 1.0), MOST_GAIN)
-    stretched: Frame = np.clip(np.rint(127.5 + gain * (values - 0.5 * (low + high))), 0, 255).astype(np.uint8)
-    return stretched
+    levels = np.asarray(cut.resize((SIDE_PX, SIDE_PX), Image.Resampling.BICUBIC))
+    share = np.cumsum(np.bincount(levels.ravel(), minlength=256)) / levels.size
+    low, high = np.searchsorted(share, LEVEL_QUANTILES).tolist()
+    gain = min(255.0 / max(high - low, 1), MOST_GAIN)
+    stretched = np.clip(np.rint(127.5 + gain * (np.arange(256) - 0.5 * (low + high))), 0, 255).astype(np.uint8)
+    drawn: Frame = stretched[levels]
+    return drawn

@@ -77,6 +77,11 @@ TEST(LensTest, WhatCannotBeIsRefused) {
   CameraCalibration camera = kBrownCamera;
   camera.camera.focal_x_px = 0.0;
   EXPECT_THROW(check_calibration(camera), InvalidArgument);
+  camera = kBrownCamera;
+  camera.camera.centre_x_px = -20.0;  // of a part cut out of a larger frame
+  EXPECT_NO_THROW(check_calibration(camera));
+  camera.camera.centre_x_px = 16000.0;
+  EXPECT_THROW(check_calibration(camera), InvalidArgument);
   try {
     (void)Undistortion(kBrownCamera).apply(cv::Mat(480, 640, CV_8U, cv::Scalar(0)));
     FAIL() << "a frame of another size was taken";

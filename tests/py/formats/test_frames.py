@@ -1,10 +1,14 @@
+import re
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ssjs_cli.errors import UserError
-from ssjs_cli.formats.camera_calibration import CameraCalibration
+from ssjs_cli.formats.camera_calibration import CameraCalibration, calibration_text, read_calibration
+from ssjs_cli.formats.frame_image import FrameError, decoded
 from ssjs_cli.formats.frames import FrameIndex, frame_digests, read_frames
 from ssjs_cli.formats.mission import Mission, input_digests, is_underwater, read_mission, read_mission_outline, write_mission
 from ssjs_cli.studies.mission_manifest import signature_of
@@ -106,6 +110,36 @@ def test_a_calibration_that_is_none_is_named(tmp_path: Path) -> None:
     (directory / "frames" / "camera.yaml").write_text("nothing: 1\n")
     with pytest.raises(UserError, match=r"frames/camera\.yaml: has neither"):
         read_mission(directory)
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "complaint"),
+    [
+        ("[320.0", "[-320.0", "focal_x_px = -320: must be positive"),
+        ("159.5", "15900.5", "centre_x_px = 15900.5: must lie in the frame"),
+        ("image_width: 320", "image_width: 1000000000", "is of 1000000000 x 240 pixels, more than 80 million"),
+        ("-0.12", "-12.0", "folds inside the frame"),
+    ],
+)
+def test_a_calibration_that_cannot_be_is_named_with_its_fault(tmp_path: Path, was: str, becomes: str, complaint: str) -> None:
+    text = calibration_text(CameraCalibration(320, 240, 320.0, 320.0, 159.5, 119.5, 0.0, "brown", (-0.12, 0.02, 0.0, 0.0, 0.0)))
+    (tmp_path / "camera.yaml").write_text(text.replace(was, becomes))
+    assert was in text
+    with pytest.raises(UserError, match=re.escape(complaint)):
+        read_calibration(tmp_path / "camera.yaml")
+
+
+def png_header(width: int, height: int) -> bytes:
+    chunk = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk)) + b"\0\0\0\0IDAT"
+
+
+@pytest.mark.filterwarnings("ignore::PIL.Image.DecompressionBombWarning")
+@pytest.mark.parametrize("size", [(2**31 - 1, 2**31 - 1), (20_000, 9_000), (12_000, 10_000)])
+def test_a_frame_of_absurd_size_is_named_before_its_pixels_are_read(size: tuple[int, int]) -> None:
+    with pytest.raises(FrameError, match="pixels") as refusal:
+        decoded(png_header(*size))
+    assert "80 million" in str(refusal.value)
 
 
 def test_a_mission_without_frames_has_none(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_each_landmark_has_the_patch_of_a_frame_that_showed_it(tmp_path: Path) -
     sightings = {
         "time_s": np.array([3.0, 3.0, 20.0]),
         "landmark": np.array([4, 5, 8]),
-        "measured_px": np.array([[119.0, 90.0], [20.0, 20.0], [120.0, 80.0]]),
+        "measured_px": np.array([[119.0, 90.0], [5.0, 5.0], [120.0, 80.0]]),
         "predicted_px": np.zeros((3, 2)),
         "innovation_covariance_px2": np.tile([16.0, 0.0, 9.0], (3, 1)),
     }

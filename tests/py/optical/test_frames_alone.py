@@ -95,6 +95,18 @@ def test_bad_frames_are_named_and_none_is_fatal(cli: Callable[..., Any], mission
     assert position_errors(tmp_path / "run", kept).max() < 0.4
 
 
+def test_the_size_of_most_frames_counts_not_that_of_the_first(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
+    from PIL import Image
+
+    with Image.open(mission / "frames" / "f00.png") as picture:
+        small = picture.resize((120, 90))
+    small.save(mission / "frames" / "f00.png")
+    assert cli("run", mission, "--out", tmp_path / "run").code == 3
+    assert summary_of(tmp_path / "run")["frames_used"] == 17
+    (lost,) = [text for text in summary_of(tmp_path / "run")["lost"] if "frames were left out" in text]
+    assert "f00.png has 120 x 90 pixels, and most have 240 x 180" in lost
+
+
 def test_the_longer_part_of_a_mission_with_a_pause_is_used(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
     index = mission / "frames" / "index.csv"
     rows = index.read_text().splitlines()

@@ -28,7 +28,7 @@ def test_few_frames_are_opened() -> None:
     """Frame 1 shows both well enough, though each has a frame where it is nearer to the middle."""
     found = best_looks(looks((0, 0, MIDDLE), (0, 1, (120.0, 119.5)), (1, 1, (200.0, 119.5)), (1, 2, MIDDLE)), SIZE_PX)
     assert found.frame.tolist() == [1, 1]
-    # far from the middle frame 1 is no good look at either
+    # where their patches are cut off, frame 1 is no good look at either
     found = best_looks(looks((0, 0, MIDDLE), (0, 1, (10.0, 119.5)), (1, 1, (310.0, 119.5)), (1, 2, MIDDLE)), SIZE_PX)
     assert found.frame.tolist() == [0, 2]
 

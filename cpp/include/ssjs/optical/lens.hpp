@@ -21,8 +21,8 @@ struct CameraCalibration {
   std::array<double, 5> distortion{};
 };
 
-/// Throws InvalidArgument naming what is not positive or not finite, or when the lens folds inside the frame: then two directions share a
-/// pixel, and the calibration is not one of this camera.
+/// Throws InvalidArgument naming what is not positive or not finite, a centre far outside the frame, or when the lens folds inside the frame:
+/// then two directions share a pixel, and the calibration is not one of this camera.
 void check_calibration(const CameraCalibration& calibration);
 
 /// Where the camera with its lens shows what the ideal one would show at `ideal_px`. (V-2), (V-3)
@@ -45,7 +45,7 @@ class Undistortion {
  private:
   cv::Size size_;
   bool is_identity_;
-  cv::Mat columns_, rows_;  ///< CV_32F: where each pixel of the corrected frame is taken from
+  cv::Mat whole_, fraction_;  ///< where each pixel of the corrected frame is taken from, as cv::remap does it fastest
   cv::Mat valid_;
 };
 

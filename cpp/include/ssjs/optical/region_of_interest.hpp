@@ -37,7 +37,7 @@ struct RegionOfInterestConfig {
 /// Masks are CV_8U, 255 where set, of the frame's size.
 struct RegionsOfInterest {
   cv::Mat edge_mask;         ///< of the edge line
-  cv::Mat hue_mask;          ///< of the hue line; empty where the frame has no hue
+  cv::Mat hue_mask;          ///< of the hue line; empty where the frame has no hue, and where the edge line is clear
   cv::Mat mask;              ///< both (V-10)
   LabelledRegions labelled;  ///< the components of `mask`, intensities those of the bright frame
 };
