@@ -18,6 +18,15 @@ function(ssjs_compile_options target)
   endif()
 endfunction()
 
+# ssjs_count_lines(LIBRARY): with SSJS_COVERAGE it notes which of its lines are run. Only the libraries do: tests compile to the objects of any other
+# build of theirs, which ccache has.
+function(ssjs_count_lines library)
+  if(SSJS_COVERAGE)
+    target_compile_options(${library} PRIVATE --coverage -O1 -g1)
+    target_link_options(${library} PUBLIC $<BUILD_INTERFACE:--coverage>)
+  endif()
+endfunction()
+
 # Parsing Eigen takes half of the time of a typical source file. gcc refuses a precompiled header made with other flags
 # (position-independent library, executable), so that each kind of target has its own.
 set(SSJS_PRECOMPILED_HEADERS <Eigen/Core> <Eigen/Cholesky> <Eigen/LU> <string> <vector>)

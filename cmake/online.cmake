@@ -7,6 +7,7 @@ set(ssjs_online_parts $<BUILD_INTERFACE:ssjs_slam> $<BUILD_INTERFACE:Threads::Th
 
 add_library(ssjs_online_objects OBJECT ${ssjs_online_sources})
 ssjs_compile_options(ssjs_online_objects)
+ssjs_count_lines(ssjs_online_objects)
 set_target_properties(ssjs_online_objects PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 target_link_libraries(ssjs_online_objects PRIVATE ${ssjs_online_parts})
 
@@ -14,6 +15,9 @@ add_library(ssjs_online SHARED $<TARGET_OBJECTS:ssjs_online_objects>)
 set_target_properties(ssjs_online PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
 target_link_libraries(ssjs_online PRIVATE ${ssjs_online_parts})
 target_link_options(ssjs_online PRIVATE LINKER:--exclude-libs,ALL)
+if(SSJS_COVERAGE)
+  target_link_options(ssjs_online PRIVATE --coverage)
+endif()
 if(NOT SSJS_SANITIZE) # whose symbols may come from the program
   target_link_options(ssjs_online PRIVATE LINKER:--no-undefined)
 endif()

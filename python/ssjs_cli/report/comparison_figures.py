@@ -1,5 +1,6 @@
 """The curves of several methods in one frame: time spent, where it went, error, consistency, and the maps."""
 
+import html
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -185,6 +186,8 @@ def maps(methods: Sequence[MethodCurves]) -> MapOfMethods | None:
         traces.extend({**trace, "visible": visible, "showlegend": False} for trace in new)
 
     first = shown[0].record["map"]
+    unit = html.escape(str(first.get("unit", "m")))
+    place = f"%{{x:.2f}} {unit}, %{{y:.2f}} {unit}"
     notes = []
     if first.get("reference"):
         line = style.line(first["reference"]["x_m"], first["reference"]["y_m"], "reference", style.REFERENCE, 3.0, hoverinfo="skip")
@@ -203,9 +206,9 @@ def maps(methods: Sequence[MethodCurves]) -> MapOfMethods | None:
         dots = {
             "type": "scatter", "mode": "markers", "x": drawn["landmarks"]["x_m"], "y": drawn["landmarks"]["y_m"],
             "marker": {"color": entry.colour, "size": 5, "opacity": 0.75}, "name": entry.method,
-            "hovertemplate": f"{entry.method}: landmark<br>%{{x:.2f}} m, %{{y:.2f}} m<extra></extra>",
+            "hovertemplate": f"{entry.method}: landmark<br>{place}<extra></extra>",
         }  # fmt: skip
-        hover = f"{entry.method}: track<br>%{{x:.2f}} m, %{{y:.2f}} m<extra></extra>"
+        hover = f"{entry.method}: track<br>{place}<extra></extra>"
         track = style.line(drawn["track"]["x_m"], drawn["track"]["y_m"], entry.method, entry.colour, 1.4, hovertemplate=hover)
         add(f"method-{entry.method}", entry.method, entry.colour, "line", [dots, track], True)
         for part in (drawn["track"], drawn["landmarks"]):
@@ -221,8 +224,8 @@ def maps(methods: Sequence[MethodCurves]) -> MapOfMethods | None:
             showlegend=False,
             dragmode="pan",
             margin={"l": 64, "r": 12, "t": 12, "b": 52},
-            xaxis=style.axis("x [m]", range=ranges[0], constrain="range"),
-            yaxis=style.axis("y [m]", range=ranges[1], scaleanchor="x", scaleratio=1, constrain="range"),
+            xaxis=style.axis(f"x [{unit}]", range=ranges[0], constrain="range"),
+            yaxis=style.axis(f"y [{unit}]", range=ranges[1], scaleanchor="x", scaleratio=1, constrain="range"),
         ),
     }
     return MapOfMethods(figure, layers, notes)

@@ -18,6 +18,7 @@ from ssjs_cli.evaluation import evaluate
 from ssjs_cli.formats.mission import Mission, read_mission
 from ssjs_cli.formats.run_directory import estimate_of
 from ssjs_cli.mission_run import build_log, run_estimator, with_contacts
+from ssjs_cli.optical.frame_settings import FrameSettings
 from ssjs_cli.run_measures import measures, run_times
 from ssjs_cli.simulation import Scenario, simulate_mission
 from ssjs_cli.studies import curves
@@ -60,7 +61,8 @@ def perform(task: RunTask) -> Record:
     if task.detail == "all":
         over_time["time"] = curves.cumulative_time(result)
         over_time["error"] = curves.error_over_time(evaluation)
-        record["map"] = curves.map_of(estimate, evaluation)
+        unit = FrameSettings(task.settings).length_unit if mission.has_frames_alone else "m"
+        record["map"] = {**curves.map_of(estimate, evaluation), "unit": unit}
     record["time_origin_s"] = curves.time_origin_s(result)
     record.update(curves.counted_from(record["time_origin_s"], over_time))
     return record

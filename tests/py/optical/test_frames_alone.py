@@ -69,6 +69,13 @@ def test_without_a_scale_lengths_are_widths_of_a_frame(cli: Callable[..., Any], 
     assert "widths" in (tmp_path / "run" / "report.html").read_text()
 
 
+def test_maps_side_by_side_have_no_metres_without_a_scale(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
+    without = ("--set", "frames.metres_per_px=none")
+    assert cli("compare", mission, "--out", tmp_path / "both", "--methods", "ssjs,ekf", *without).code == 0
+    page = next((tmp_path / "both").glob("*.html")).read_text()
+    assert "x [frame widths]" in page and "x [m]" not in page and "%{y:.2f} m" not in page
+
+
 def test_points_of_the_mosaic_as_landmarks(cli: Callable[..., Any], mission: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
     options = ["--set", "frames.landmarks=mosaic-points", "--set", "frames.mosaic_points=300"]
