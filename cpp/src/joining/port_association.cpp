@@ -1,16 +1,21 @@
 #include "ssjs/joining/port_association.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ssjs/association/compatibility.hpp"
 #include "ssjs/association/joint_factor.hpp"
 #include "ssjs/base/angle.hpp"
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/geometry/gaussian.hpp"
+#include "ssjs/joining/chance_alignment.hpp"
 
 namespace ssjs {
 namespace {
+
+constexpr double kAligningSigmas = 2.0;
 
 /// Rows of the plane among 3 n rows.
 Eigen::VectorXi planar_rows(std::size_t points) {
@@ -50,6 +55,11 @@ struct Meeting {
   [[nodiscard]] double displacement_sigma(const Pair& pair) const {
     const Eigen::MatrixXd J = observed.J.middleRows<2>(3 * pair.observation) - predicted.J.middleRows<2>(3 * pair.prediction);
     return largest_sigma(J * P * J.transpose());
+  }
+  /// Whether the pair would say where the maps lie against each other: it is known better what was seen than where.
+  [[nodiscard]] bool would_align(const Pair& pair) const {
+    const Eigen::Index q = 3 * pair.observation;
+    return displacement_sigma(pair) > kAligningSigmas * largest_sigma(observed.noise.block<2, 2>(q, q));
   }
 };
 
@@ -128,6 +138,23 @@ std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, c
     if (odds > worst.second) worst = {i, odds};
   }
   return worst;
+}
+
+/// Refuses the pairs that would align the maps where chance brings as many together. (W-5)
+void refuse_chance_alignments(const Meeting& meeting, double density_per_m2, double gate, double most, SightingPairs& result) {
+  std::vector<Pair> sure, aligning;
+  for (const Pair& pair : result.pairs) (meeting.would_align(pair) ? aligning : sure).push_back(pair);
+  const auto n = static_cast<Eigen::Index>(2 * sure.size());
+  std::vector<Pair> all = sure;
+  all.insert(all.end(), aligning.begin(), aligning.end());
+  const Eigen::MatrixXd S = joint_covariance(meeting.problem, all);
+  const Eigen::Index m = S.rows() - n;
+  const auto others = static_cast<int>(meeting.problem.observed.size() / 2 - n / 2);
+  Eigen::MatrixXd S_given = S.bottomRightCorner(m, m);
+  if (n > 0) S_given -= S.bottomLeftCorner(m, n) * S.topLeftCorner(n, n).llt().solve(S.topRightCorner(n, m));
+  if (expected_chance_alignments(S_given, others, density_per_m2, gate) <= most) return;
+  result.refused += static_cast<int>(aligning.size());
+  result.pairs = std::move(sure);
 }
 
 }  // namespace
@@ -238,6 +265,10 @@ SightingPairs associate_sightings(const std::vector<Sighting>& observed, const s
     result.pairs.erase(result.pairs.begin() + static_cast<std::ptrdiff_t>(worst));
     densities.erase(densities.begin() + static_cast<std::ptrdiff_t>(worst));
     ++result.refused;
+  }
+  if (config.max_chance_alignments) {
+    const double densest = densities.empty() ? 0.0 : *std::max_element(densities.begin(), densities.end());
+    refuse_chance_alignments(meeting, densest, gate, *config.max_chance_alignments, result);
   }
   result.joint_squared_distance = joint_squared_distance(meeting.problem, result.pairs);
   return result;

@@ -10,7 +10,6 @@
 #include "ssjs/base/chi_squared.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/joining/batch_ports.hpp"
-#include "ssjs/joining/chance_alignment.hpp"
 #include "ssjs/joining/recursive_ports.hpp"
 #include "ssjs/joining/unsound_map.hpp"
 
@@ -64,6 +63,7 @@ PortJoiner::PortJoiner(const PortJoinerConfig& config)
     : config_(config),
       association_{{config.gate_probability, config.joint_gate_probability, config.node_budget},
                    config.max_chance_odds,
+                   config.max_chance_alignments,
                    config.max_descriptor_distance},
       level_(make_level(config)),
       fixes_(config.fixes),
@@ -141,7 +141,7 @@ void PortJoiner::attach(PortMap& map) {
   put(map, fresh);
 }
 
-void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments) {
+void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base) {
   if (!maps_.empty()) throw InvalidArgument("stand_on", "late call", "comes before every map");
   const auto n = static_cast<Eigen::Index>(world_T_base.size());
   LevelledSubmap datum;
@@ -154,7 +154,7 @@ void PortJoiner::stand_on(const std::vector<GaussianSe2>& world_T_base, double m
     datum.covariance.block<3, 3>(3 * k, 3 * k) = base.covariance;
     bases.push_back({3 * k, {UnknownKind::kBase, static_cast<int>(k) + 1}});
   }
-  max_chance_alignments_ = max_chance_alignments;
+  bases_are_given_ = true;
   compass_goes_on_.push_back(true);
   drift_variance_.push_back(0.0);
   maps_.push_back({std::move(datum), {}});
@@ -189,9 +189,9 @@ JoinReport PortJoiner::take(LevelledSubmap submap) {
   const MapExtent extent = extent_of(submap);
   maps_.push_back({std::move(submap), {}});
   drift_variance_.push_back(drift_variance);
-  compass_goes_on_.push_back(max_chance_alignments_.has_value() || offset_goes_on(maps_.back()));
+  compass_goes_on_.push_back(bases_are_given_ || offset_goes_on(maps_.back()));
   compass_jumps_ += compass_goes_on_.back() ? 0 : 1;
-  if (!max_chance_alignments_) {
+  if (!bases_are_given_) {
     attach(maps_.back());
     guard_.append(maps_.back().submap, compass_goes_on_.back(), drift_variance);
   }
@@ -286,15 +286,8 @@ JoinReport PortJoiner::pair_with(int observer, const std::vector<int>& others, b
     }
   }
   report.candidates = static_cast<int>(others.size());
-  const double density_per_m2 = density_around(observer, predicted);
-  SightingPairs found = associate_sightings(observed, predicted, *level_, density_per_m2, association_);
+  const SightingPairs found = associate_sightings(observed, predicted, *level_, density_around(observer, predicted), association_);
   report.budget_exhausted = found.budget_exhausted;
-  if (max_chance_alignments_ && map.ports.empty() &&
-      expected_chance_alignments(observed, predicted, found.pairs, *level_, density_per_m2, config_.gate_probability) >
-          *max_chance_alignments_) {  // (W-5)
-    found.refused += static_cast<int>(found.pairs.size());
-    found.pairs.clear();
-  }
   if (found.pairs.empty() && found.refused == 0) return report;
 
   std::vector<Match> matches;
@@ -428,7 +421,7 @@ GaussianSe2 PortJoiner::global_T_newest_base() const {
 }
 
 void PortJoiner::archive(Archive& a) {
-  if (max_chance_alignments_) throw InvalidArgument("archive", "maps that are no chain", "a season is joined anew from its runs");
+  if (bases_are_given_) throw InvalidArgument("archive", "maps that are no chain", "a season is joined anew from its runs");
   std::map<std::int64_t, std::pair<int, Eigen::Index>> first_seen;  // a sighting by the number of its map
   for (const auto& [id, sighting] : first_seen_) first_seen[id] = {sighting.map->base(), sighting.landmark};
   bool has_compass = compass_.has_value();

@@ -27,7 +27,7 @@ Eigen::Index append_pose(LevelledSubmap& submap, const GaussianSe2& base_T_other
 }  // namespace
 
 void PortJoiner::check(const Closure& closure) const {
-  if (max_chance_alignments_) throw InvalidArgument("closure", "maps that are no chain", "there is no way to hold it against");
+  if (bases_are_given_) throw InvalidArgument("closure", "maps that are no chain", "there is no way to hold it against");
   const std::string name = "closure from " + std::to_string(closure.from) + " to " + std::to_string(closure.to);
   const auto maps = static_cast<int>(maps_.size());
   if (closure.from < 0 || closure.to <= closure.from || closure.to > maps || (!closure.from_T_to && closure.to == maps)) {

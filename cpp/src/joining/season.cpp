@@ -111,6 +111,7 @@ PortJoinerConfig joiner_config(const SeasonConfig& config) {
   joiner.joint_gate_probability = config.joint_gate_probability;
   joiner.node_budget = config.node_budget;
   joiner.max_chance_odds = config.max_chance_odds;
+  joiner.max_chance_alignments = config.max_chance_alignments;
   joiner.duplicate_probability = config.duplicate_probability;
   return joiner;
 }
@@ -162,7 +163,7 @@ SeasonEstimate join_missions(const std::vector<MissionMap>& missions, const Seas
     PortJoiner joiner(joiner_config(config));
     std::vector<GaussianSe2> frames;
     for (const std::size_t i : site) frames.push_back(missions[i].world_T_mission);
-    joiner.stand_on(frames, config.max_chance_alignments);  // (W-1)
+    joiner.stand_on(frames);  // (W-1)
     for (std::size_t k = 0; k < site.size(); ++k) {
       if (progress && !progress(static_cast<double>(joined++) / static_cast<double>(missions.size()))) throw Cancelled();
       season.budget_exhausted += joiner.take(map_of(missions[site[k]], static_cast<int>(k) + 1)).budget_exhausted ? 1 : 0;  // (W-3)

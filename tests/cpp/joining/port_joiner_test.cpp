@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "joining/levelled_world.hpp"
 #include "ssjs/base/error.hpp"
 #include "ssjs/joining/port_estimate.hpp"
@@ -94,6 +96,37 @@ TEST(PortJoiner, P10_P12_TwentySurveysWithGhostsLong) {
     EXPECT_LT(result.joint, 1.5);
     EXPECT_LT(result.rmse_m, 0.8);
   }
+}
+
+/// Surveys of crossing lines in which no landmark is met again: pairs, all of them wrong.
+int pairs_by_chance(int seeds, std::optional<double> max_chance_alignments) {
+  int pairs = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    Rng rng(900 + static_cast<std::uint64_t>(seed));
+    const testing::LevelledWorld world = testing::survey_world(rng);
+    PortJoinerConfig config;
+    config.max_chance_alignments = max_chance_alignments;
+    PortJoiner joiner(config);
+    std::int64_t id = 1000;
+    for (LevelledSubmap map : testing::survey_maps(world, {}, CompassPorts::kBorders, rng)) {
+      const Eigen::Index before = map.landmark_offset(0);
+      map.landmarks.clear();
+      map.mean.conservativeResize(before);
+      map.covariance = Eigen::MatrixXd(map.covariance.topLeftCorner(before, before));
+      for (int i = 0; i < 15; ++i) add_ghost(map, {rng.uniform(0.0, 50.0), rng.uniform(-5.0, 5.0), 16.0}, 0.05, id++);
+      for (const LoopAttempt& loop : joiner.take(map).loops) pairs += loop.pairs;
+    }
+  }
+  return pairs;
+}
+
+TEST(PortJoiner, P41_WhereNothingIsMetAgainChanceAlignsNothing) {
+  const int one_by_one = pairs_by_chance(4, std::nullopt);
+  const int together = pairs_by_chance(4, 0.001);
+  RecordProperty("one_by_one", one_by_one);
+  RecordProperty("together", together);
+  EXPECT_GT(one_by_one, 10);
+  EXPECT_EQ(together, 0);
 }
 
 TEST(PortJoiner, MapsThatDoNotFitAreRefused) {

@@ -250,6 +250,28 @@ TEST(Season, W5_ForeignLandmarksAreNotAligned) {
   EXPECT_LE(seasons, 2);
 }
 
+TEST(Season, W5_ExpectedAlignmentsOfIndependentAndOfCommonDisplacements) {
+  const double gate = 9.0;
+  const double area = kPi * gate * 0.04;
+  const Eigen::MatrixXd apart =
+      0.04 * Eigen::MatrixXd::Identity(6, 6);  // three pairs that know nothing of each other: one place to look at
+  EXPECT_NEAR(expected_chance_alignments(apart, 10, 0.3, gate), binomial_tail(10, 1.0 - std::exp(-0.3 * area), 3), 1e-12);
+  EXPECT_EQ(expected_chance_alignments(apart, 2, 0.3, gate), expected_chance_alignments(apart, 3, 0.3, gate));
+  EXPECT_EQ(expected_chance_alignments(Eigen::MatrixXd(0, 0), 10, 0.3, gate), 0.0);
+  // Two pairs displaced together by s^2 on top of their own n^2: n^2 + s^2 n^2/(n^2 + s^2) given the other, sqrt |S| = (n^2 + s^2)^2 - s^4.
+  const double own = 0.01;
+  const double common = 4.0;
+  Eigen::MatrixXd S = own * Eigen::MatrixXd::Identity(4, 4);
+  for (int i = 0; i < 4; ++i) {
+    for (int j = i % 2; j < 4; j += 2) S(i, j) += common;
+  }
+  const double given = own + common * own / (own + common);
+  const double places = ((own + common) * (own + common) - common * common) / (given * given);
+  EXPECT_NEAR(places, 0.5 * common / own, 0.01 * places);
+  EXPECT_NEAR(expected_chance_alignments(S, 10, 0.3, gate), places * binomial_tail(10, 1.0 - std::exp(-0.3 * kPi * gate * given), 2),
+              1e-9 * places);
+}
+
 TEST(Season, W5_BinomialTail) {
   EXPECT_NEAR(binomial_tail(5, 0.5, 4), 6.0 / 32.0, 1e-12);
   EXPECT_NEAR(binomial_tail(3, 0.1, 1), 1.0 - 0.729, 1e-12);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "ssjs/association/joint_compatibility.hpp"
@@ -35,7 +36,8 @@ struct PlacedSightings {
 
 struct PortAssociationConfig {
   JointCompatibilityConfig joint;
-  double max_chance_odds = 0.3;  ///< see associate_sightings
+  double max_chance_odds = 0.3;                 ///< see associate_sightings
+  std::optional<double> max_chance_alignments;  ///< the same
   double max_descriptor_distance = 0.35;
 };
 
@@ -43,7 +45,7 @@ struct SightingPairs {
   std::vector<Pair> pairs;              ///< observation = place in `observed`, prediction = place in `predicted`; ascending
   double joint_squared_distance = 0.0;  ///< of the pairs, 2 degrees of freedom each
   double sigma_m = 0.0;                 ///< largest standard deviation of a pair's displacement by the unknowns, before the pairing
-  int refused = 0;                      ///< jointly compatible pairs that chance explains too well
+  int refused = 0;                      ///< jointly compatible pairs that chance explains too well, one by one or together
   bool budget_exhausted = false;
 };
 
@@ -51,6 +53,8 @@ struct SightingPairs {
 /// the joint covariance of both sides, in which the compass offsets already tell how the maps are turned against each other. Then pairs
 /// are dropped, the worst first, while the odds that a pair, given all others, is a foreign landmark that happens to lie there exceed
 /// max_chance_odds: a lone pair in a crowd, or under an uncertain track, means nothing.
+/// With max_chance_alignments the pairs that would move the maps against each other are refused, all of them, when so many alignments as
+/// good are to be expected by chance (W-5).
 /// density_per_m2: landmarks to be met by chance. Where landmarks have descriptors, pairs that look different are refused, and of the
 /// landmarks met by chance only that part counts which looks alike (I-15).
 [[nodiscard]] SightingPairs associate_sightings(const std::vector<Sighting>& observed, const std::vector<Sighting>& predicted,

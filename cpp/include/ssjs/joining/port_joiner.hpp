@@ -31,6 +31,7 @@ struct PortJoinerConfig {
   double joint_gate_probability = 0.95;
   int node_budget = 1500;
   double max_chance_odds = 0.3;
+  std::optional<double> max_chance_alignments;
   double max_descriptor_distance = PortAssociationConfig{}.max_descriptor_distance;
   double duplicate_probability = DuplicateConfig{}.duplicate_probability;
   std::optional<double> north_offset_rad;
@@ -49,6 +50,10 @@ struct PortJoinerConfig {
     v.field("node_budget", node_budget, Rule::at_least(1), "nodes of the search tree of one map");
     v.field("max_chance_odds", max_chance_odds, Rule::positive(),
             "a pair is refused when, given the other pairs, it is so likely to be a foreign landmark, relative to the same one");
+    v.field(
+        "max_chance_alignments", max_chance_alignments, Rule::positive(),
+        "pairs that lay a map over earlier ones are refused when so many alignments as good are to be expected among foreign landmarks; "
+        "without it each pair is judged by itself");
     v.field("max_descriptor_distance", max_descriptor_distance, Rule::positive(),
             "landmarks of a camera whose descriptors point farther apart are not one (0 alike, 1.41 nothing in common)");
     v.field("duplicate_probability", duplicate_probability, Rule{0, 1, false, true},
@@ -70,9 +75,8 @@ class PortJoiner {
   explicit PortJoiner(const PortJoinerConfig& config);
 
   /// Before the first map, for maps that are no chain: base k stands at entry k - 1, and how surely, by itself (W-1). Their maps are
-  /// number 1 and on, number 0 being this datum; where they end is not asked. The first pairs of a map are refused when more than
-  /// max_chance_alignments as good are to be expected by chance (W-5). Such a joiner cannot be archived.
-  void stand_on(const std::vector<GaussianSe2>& world_T_base, double max_chance_alignments);
+  /// number 1 and on, number 0 being this datum; where they end is not asked. Such a joiner cannot be archived.
+  void stand_on(const std::vector<GaussianSe2>& world_T_base);
   /// Takes map number k, which starts at base k and ends at base k + 1. Throws InvalidArgument when it is not the next one, its shapes do
   /// not fit, or it knows another kind of compass ports than the maps before. Of a map that is not sound nothing is believed (P-40).
   JoinReport take(LevelledSubmap submap);
@@ -163,7 +167,7 @@ class PortJoiner {
   std::map<std::int64_t, Sighting> first_seen_;  ///< by source identity; valid with known association
   std::optional<CompassPorts> compass_;          ///< of all maps
   bool compass_is_mean_ = false;
-  std::optional<double> max_chance_alignments_;  ///< of maps whose bases are given
+  bool bases_are_given_ = false;  ///< stand_on() was called: the maps are no chain
   double last_mean_time_s_ = 0.0;
   int landmark_ports_ = 0;
   int compass_jumps_ = 0;
