@@ -113,6 +113,7 @@ ConditionalRows condition_on_ports(const PortMap& map, const Eigen::VectorXi& ro
   const Eigen::MatrixXd& P = map.submap.covariance;
   if (map.ports.empty()) return {Eigen::MatrixXd(rows.size(), 0), P(rows, rows)};
   const Eigen::VectorXi s = state_rows(map.ports);
+  if (rows.size() == 0) return {Eigen::MatrixXd(0, s.size()), Eigen::MatrixXd(0, 0)};
   const std::string name = "map " + std::to_string(map.base());
   const Eigen::MatrixXd L = cholesky_lower(P(s, s), "covariance of the ports", name.c_str());
   Eigen::MatrixXd Y = P(s, rows);
