@@ -144,6 +144,7 @@ std::pair<std::size_t, double> likeliest_chance(const PairingProblem& problem, c
 void refuse_chance_alignments(const Meeting& meeting, double density_per_m2, double gate, double most, SightingPairs& result) {
   std::vector<Pair> sure, aligning;
   for (const Pair& pair : result.pairs) (meeting.would_align(pair) ? aligning : sure).push_back(pair);
+  if (aligning.empty()) return;
   const auto n = static_cast<Eigen::Index>(2 * sure.size());
   std::vector<Pair> all = sure;
   all.insert(all.end(), aligning.begin(), aligning.end());

@@ -184,7 +184,7 @@ void LevelledBuilder::start(const NavigationTick& tick) {
   distance_m_ = shortened_m_ = 0.0;
   offset_known_ = false;
   met_.fill(false);
-  is_lost_ = false;
+  was_silent_ = false;
   mean_samples_ = 0;
   started_ = true;
 }
@@ -222,6 +222,7 @@ void LevelledBuilder::add_doubt(double gap_s) {
   const double way_m = gap_s * filter_.vehicle().segment<2>(Layout::kVelocity).norm();
   doubt.Q.topLeftCorner<2, 2>().diagonal().setConstant(squared(0.5 * way_m));
   filter_.predict(doubt);
+  was_silent_ = true;
 }
 
 void LevelledBuilder::doubt_attitude(const Eigen::Vector3d& sigma_rad) {
@@ -274,7 +275,7 @@ void LevelledBuilder::forget_until(double time_s) {  // (A-26)
   distance_m_ += reach_m;
   gyro_rad_s_.reset();
   met_.fill(false);  // what they say now decides
-  is_lost_ = true;
+  was_silent_ = true;
   time_s_ = time_s;
 }
 
@@ -416,7 +417,7 @@ std::optional<std::string> LevelledBuilder::reason_to_close_map(int new_landmark
   if (fixes_.waits() && time_s_ - start_time_s_ >= kShortestFixedMapS && (can_begin || time_s_ - fixes_.kept_s() > kFixWaitsS))
     return "fix";
   if (!can_begin) return std::nullopt;
-  if (is_lost_) return "silence";
+  if (was_silent_) return "silence";
   SplitSituation now;
   now.landmarks = static_cast<int>(landmarks_.size());
   now.new_landmarks = new_landmarks;

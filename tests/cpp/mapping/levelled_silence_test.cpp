@@ -47,12 +47,22 @@ TEST(LevelledSilence, A26_AfterHoursNothingIsKnownButTheReachAndTheMapEnds) {
 }
 
 /// 20 s at 1.5 m/s: a vehicle that stood still is 30 m behind, two standard deviations.
-TEST(LevelledSilence, A26_AMinuteOfSilenceIsDoubted) {
+TEST(LevelledSilence, A26_SecondsOfSilenceAreDoubtedAndTheMapEnds) {
   LevelledBuilder builder{LevelledBuilderConfig{}};
   const double time_s = drive(builder, 0.0, 20.0);
   static_cast<void>(builder.feed(tick_at(time_s - 0.2 + 20.0)));
   EXPECT_GT(std::sqrt(builder.filter().vehicle_covariance()(0, 0)), 15.0);
   EXPECT_GT(std::sqrt(builder.filter().vehicle_covariance()(1, 1)), 15.0);
+  const TickResult next = builder.feed(straight(time_s + 20.0));  // with a velocity: what comes is seen from another map
+  ASSERT_TRUE(next.closed);
+  EXPECT_EQ(next.closed->closed_because, "silence");
+  EXPECT_GT(std::sqrt(next.closed->covariance(0, 0)), 15.0);
+}
+
+TEST(LevelledSilence, A26_ASampleThatIsMissingEndsNoMap) {
+  LevelledBuilder builder{LevelledBuilderConfig{}};
+  const double time_s = drive(builder, 0.0, 20.0);
+  EXPECT_FALSE(builder.feed(straight(time_s + 4.0)).closed);
 }
 
 TEST(LevelledSilence, P30_AFixClosesTheMapAtTheNextVelocityAndIsSeenFromThere) {

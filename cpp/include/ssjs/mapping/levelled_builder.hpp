@@ -161,7 +161,7 @@ class LevelledBuilder {
   double start_time_s_ = 0.0, time_s_ = 0.0;
   double last_step_s_ = 0.0;
   double usual_gap_s_ = 0.0;  ///< between two ticks, lately
-  bool is_lost_ = false;      ///< after a silence so long that nothing is known: the map ends as soon as another can begin
+  bool was_silent_ = false;   ///< the map ends as soon as another can begin (A-26)
   double distance_m_ = 0.0;
   double shortened_m_ = 0.0;  ///< of it that an uncertain heading may have taken (A-25)
   bool offset_known_ = false;
@@ -191,7 +191,7 @@ class LevelledBuilder {
     a("time_s", time_s_);
     a("last_step_s", last_step_s_);
     a("usual_gap_s", usual_gap_s_);
-    a("is_lost", is_lost_);
+    a("was_silent", was_silent_);
     a("distance_m", distance_m_);
     a("shortened_m", shortened_m_);
     a("offset_known", offset_known_);

@@ -21,8 +21,8 @@ struct CameraCalibration {
   std::array<double, 5> distortion{};
 };
 
-/// Throws InvalidArgument naming what is not positive or not finite, a centre far outside the frame, or when the lens folds inside the frame:
-/// then two directions share a pixel, and the calibration is not one of this camera.
+/// Throws InvalidArgument naming what is not positive or not finite, a centre far outside the frame, or when the lens folds inside the
+/// frame: then two directions share a pixel, and the calibration is not one of this camera.
 void check_calibration(const CameraCalibration& calibration);
 
 /// Where the camera with its lens shows what the ideal one would show at `ideal_px`. (V-2), (V-3)
