@@ -15,7 +15,7 @@
 namespace ssjs {
 namespace {
 
-constexpr double kAligningSigmas = 2.0;
+constexpr double kAligningSigmas = 1.0;
 
 /// Rows of the plane among 3 n rows.
 Eigen::VectorXi planar_rows(std::size_t points) {

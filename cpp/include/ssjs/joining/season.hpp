@@ -25,7 +25,7 @@ struct SeasonConfig {
   double joint_gate_probability = PortJoinerConfig{}.joint_gate_probability;
   int node_budget = 10000;
   double max_chance_odds = PortJoinerConfig{}.max_chance_odds;
-  double max_chance_alignments = 0.01;
+  double max_chance_alignments = 0.1;
   double duplicate_probability = PortJoinerConfig{}.duplicate_probability;
   template <class Visitor>
   void visit(Visitor& v) {
