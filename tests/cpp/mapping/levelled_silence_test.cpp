@@ -53,7 +53,8 @@ TEST(LevelledSilence, A26_SecondsOfSilenceAreDoubtedAndTheMapEnds) {
   static_cast<void>(builder.feed(tick_at(time_s - 0.2 + 20.0)));
   EXPECT_GT(std::sqrt(builder.filter().vehicle_covariance()(0, 0)), 15.0);
   EXPECT_GT(std::sqrt(builder.filter().vehicle_covariance()(1, 1)), 15.0);
-  const TickResult next = builder.feed(straight(time_s + 20.0));  // with a velocity: what comes is seen from another map
+  EXPECT_FALSE(builder.feed(straight(time_s + 20.0)).closed);     // it has to be level first
+  const TickResult next = builder.feed(straight(time_s + 20.2));  // what comes is seen from another map
   ASSERT_TRUE(next.closed);
   EXPECT_EQ(next.closed->closed_because, "silence");
   EXPECT_GT(std::sqrt(next.closed->covariance(0, 0)), 15.0);
