@@ -15,8 +15,6 @@
 namespace ssjs {
 namespace {
 
-constexpr double kAligningSigmas = 1.0;
-
 /// Rows of the plane among 3 n rows.
 Eigen::VectorXi planar_rows(std::size_t points) {
   Eigen::VectorXi rows(static_cast<Eigen::Index>(2 * points));
@@ -59,7 +57,7 @@ struct Meeting {
   /// Whether the pair would say where the maps lie against each other: it is known better what was seen than where.
   [[nodiscard]] bool would_align(const Pair& pair) const {
     const Eigen::Index q = 3 * pair.observation;
-    return displacement_sigma(pair) > kAligningSigmas * largest_sigma(observed.noise.block<2, 2>(q, q));
+    return displacement_sigma(pair) > largest_sigma(observed.noise.block<2, 2>(q, q));
   }
 };
 

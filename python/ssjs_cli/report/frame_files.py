@@ -7,7 +7,7 @@ from typing import Any
 
 from ssjs_cli.errors import UserError
 from ssjs_cli.formats.run_directory import PICTURES_FOLDER, PICTURES_INDEX_FILE
-from ssjs_cli.report.json_index import RUN_AGAIN, read_json_index
+from ssjs_cli.report.json_object import RUN_AGAIN, read_json_object
 from ssjs_cli.report.number_text import finite_number
 
 MOSAIC_PLACE = ("left", "right", "bottom", "top", "width_px", "height_px")
@@ -62,7 +62,7 @@ class FramePictures:
 def read_frame_pictures(run_dir: Path) -> FramePictures | None:
     folder = run_dir / PICTURES_FOLDER
     path = folder / PICTURES_INDEX_FILE
-    index = read_json_index(path)
+    index = read_json_object(path)
     if index is None:
         return None
     frames = index.get("frames")

@@ -1,6 +1,5 @@
 """The files of a run directory as arrays. Only summary.json must exist; every other file may be absent and is then None."""
 
-import json
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from ssjs_cli.formats.number_table import FloatArray, IntArray, read_header, rea
 from ssjs_cli.formats.toml_file import load_toml
 from ssjs_cli.formats.tum import read_tum
 from ssjs_cli.report.frame_files import FramePictures, read_frame_pictures
-from ssjs_cli.report.json_index import RUN_AGAIN
+from ssjs_cli.report.json_object import RUN_AGAIN, read_json_object
 from ssjs_cli.report.number_text import finite_number
 from ssjs_cli.report.survey_files import SurveyFiles, read_survey_files
 
@@ -99,13 +98,13 @@ ERROR_COLUMNS = ("time_s", "error_m", "is_outlier", "error_x_m", "error_y_m", "s
 
 
 def read_run_files(run_dir: Path) -> RunFiles:
-    summary = _read_json(run_dir / "summary.json")
+    summary = read_json_object(run_dir / "summary.json")
     if summary is None:
         raise UserError(f"{run_dir}: holds no summary.json; name the directory of a finished run")
     files = RunFiles(
         time_origin_s=0.0,
         summary=summary,
-        timing=_read_json(run_dir / "timing.json"),
+        timing=read_json_object(run_dir / "timing.json"),
         config=_read_toml(run_dir / "config.toml"),
         trajectory=_read_track(run_dir / "trajectory.tum"),
         trajectory_covariance=_read_covariance(run_dir / "trajectory_covariance.csv"),
@@ -155,24 +154,12 @@ def _entry_counted_from(entry: dict[str, Any], origin_s: float) -> dict[str, Any
     return {**entry, **times}
 
 
-def _read_json(path: Path) -> dict[str, Any] | None:
-    if not path.is_file():
-        return None
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path}: is not a JSON document ({error}); {RUN_AGAIN}") from error
-    if not isinstance(document, dict):
-        raise UserError(f"{path}: must hold one JSON object; {RUN_AGAIN}")
-    return document
-
-
 def _read_toml(path: Path) -> dict[str, Any] | None:
     return load_toml(path) if path.is_file() else None
 
 
 def _read_submaps(path: Path) -> Submaps | None:
-    document = _read_json(path)
+    document = read_json_object(path)
     if document is None:
         return None
     parts: dict[str, list[dict[str, Any]]] = {}

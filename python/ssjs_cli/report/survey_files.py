@@ -18,7 +18,7 @@ from ssjs_cli.formats.run_directory import (
     WATERFALL_FOLDER,
     WATERFALL_INDEX_FILE,
 )
-from ssjs_cli.report.json_index import RUN_AGAIN, read_json_index
+from ssjs_cli.report.json_object import RUN_AGAIN, read_json_object
 
 
 @dataclass(frozen=True)
@@ -109,5 +109,5 @@ def _read_coverage(path: Path) -> CoverageGrid | None:
 
 def _read_waterfall(folder: Path) -> WaterfallPictures | None:
     path = folder / WATERFALL_INDEX_FILE
-    index = read_json_index(path)
+    index = read_json_object(path)
     return None if index is None else WaterfallPictures(index, folder)

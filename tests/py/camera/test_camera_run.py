@@ -3,7 +3,7 @@
 import csv
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from ssjs_cli.formats.camera_calibration import calibration_text
 from ssjs_cli.formats.frames import read_frames
 from ssjs_cli.formats.mission import read_mission
 from ssjs_cli.formats.true_surface import TrueSurface, read_true_surface, write_true_surface
+from ssjs_cli.mission_run import RunRequest, resolve_settings
 
 LINES = {"lines": {"lines": 1, "line_length_m": 2.0, "cross_lines": 0}}
 
@@ -43,6 +44,19 @@ def test_the_camera_improves_on_dead_reckoning(cli: Callable[..., Any], short_su
     assert {"frames/index.csv", "frames/camera.yaml", "frames/*"} <= set(summary["input_digests"])
     assert "of 320 x 240" not in answer.err
     assert sum(row["regions"] != "0" for row in frames_of(tmp_path / "run").values()) == summary["frames_with_region"]
+
+
+def test_what_camera_missions_bring_along_gives_way_to_the_users_settings(short_survey: Path) -> None:
+    def settings_of(*assignments: str) -> Mapping[str, Any]:
+        request = RunRequest(short_survey, assignments=list(assignments))
+        return resolve_settings(request, short_survey, read_mission(short_survey))[0].values
+
+    usual, brought, asked = defaults(UNDERWATER), settings_of(), settings_of("camera.sigma_px=1.5")
+    assert usual["joining.max_chance_alignments"] is None and brought["joining.max_chance_alignments"] == 0.001
+    assert brought["joining.max_chance_odds"] == 0.01 < usual["joining.max_chance_odds"]
+    assert brought["camera.relief"] == 0.1 < usual["camera.relief"]
+    assert (usual["camera.sigma_px"], brought["camera.sigma_px"], asked["camera.sigma_px"]) == (1.0, 0.7, 1.5)
+    assert brought["camera.fx_px"] == asked["camera.fx_px"] != usual["camera.fx_px"]
 
 
 def test_the_same_keypoints_from_any_number_of_threads(short_survey: Path) -> None:

@@ -1,4 +1,4 @@
-"""The index that a run leaves beside pictures, read back."""
+"""What a run left as one JSON object, read back."""
 
 import json
 from pathlib import Path
@@ -9,14 +9,14 @@ from ssjs_cli.errors import UserError
 RUN_AGAIN = "run the mission again"
 
 
-def read_json_index(path: Path) -> dict[str, Any] | None:
+def read_json_object(path: Path) -> dict[str, Any] | None:
     """None where there is no such file."""
     if not path.is_file():
         return None
     try:
-        index = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise UserError(f"{path}: is not a JSON document ({error}); {RUN_AGAIN}") from error
-    if not isinstance(index, dict):
+    if not isinstance(document, dict):
         raise UserError(f"{path}: must hold one JSON object; {RUN_AGAIN}")
-    return index
+    return document
